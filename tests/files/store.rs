@@ -142,8 +142,12 @@ fn tiles(plan: &Plan) -> Range<usize> {
     0..plan.tile_count()
 }
 
+fn begin(path: &Path, plan: &Plan) -> PartialMap {
+    PartialMap::begin(path, plan, &provenance(), Existing::Refuse).unwrap()
+}
+
 fn write_map(path: &Path, plan: &Plan) {
-    let writer = PartialMap::begin(path, plan, &provenance(), Existing::Refuse).unwrap();
+    let writer = begin(path, plan);
     write_tiles(&writer, plan, tiles(plan));
     writer.finish(&outcome()).unwrap();
 }
@@ -302,7 +306,7 @@ fn the_order_of_tiles_leaves_no_trace() {
     let forwards = folder.path().join("forwards.h5");
     write_map(&forwards, &plan);
     let backwards = folder.path().join("backwards.h5");
-    let writer = PartialMap::begin(&backwards, &plan, &provenance(), Existing::Refuse).unwrap();
+    let writer = begin(&backwards, &plan);
     // Packed by several threads at once, as the engine does.
     std::thread::scope(|scope| {
         for half in 0..2 {
@@ -379,7 +383,7 @@ fn cells_that_were_not_computed_are_refused() {
     let verdicts = data.methods[0].verdicts.values().enumerate();
     data.methods[0].verdicts =
         verdicts.map(|(cell, verdict)| if cell == 7 { Verdict::NotComputed } else { verdict }).collect();
-    let writer = PartialMap::begin(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    let writer = begin(&path, &plan);
     writer.write(writer.pack(&data).unwrap(), &Account::none(&plan)).unwrap();
     let error = writer.finish(&outcome()).unwrap_err();
     assert!(matches!(error, StoreError::NotComputed { cells: 1, .. }), "{error}");
@@ -391,7 +395,7 @@ fn a_finished_map_is_kept_when_its_name_was_taken_meanwhile() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("map.h5");
     let plan = plan([1, 1, 1, 1, 5, 4], 100, &[Field::Verdict]);
-    let writer = PartialMap::begin(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    let writer = begin(&path, &plan);
     write_tiles(&writer, &plan, tiles(&plan));
     fs::write(&path, "somebody else's").unwrap();
     match writer.finish(&outcome()).unwrap_err() {
@@ -532,7 +536,7 @@ fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.h5");
     let plan = plan([1, 1, 1, 1, 1, 2], 100, &[Field::Verdict]);
-    let writer = PartialMap::begin(&path, &plan, &provenance(), Existing::Refuse).unwrap();
+    let writer = begin(&path, &plan);
     let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
     let tile = plan.grid.tile(&plan.tile_shape, 0);
     writer.write(writer.pack(&tile_data(&plan, tile)).unwrap(), &Account::none(&plan)).unwrap();
@@ -552,24 +556,10 @@ fn regimes_and_verdicts_have_the_documented_codes() {
         [(-1, "absent"), (0, "undecided"), (1, "present"), (2, "failed"), (3, "not_computed")]
     );
     let regimes: Vec<(i8, &str)> = Regime::ALL.iter().map(|r| (r.code(), r.name())).collect();
-    let names = [
-        "equilibrium",
-        "stick_slip",
-        "bistable",
-        "pure_slip",
-        "crossing",
-        "failed",
-        "pure_slip_and_stick_slip",
-        "pure_slip_and_equilibrium",
-        "equilibrium_pure_slip_and_stick_slip",
-        "equilibrium_and_crossing",
-        "pure_slip_and_crossing",
-        "equilibrium_pure_slip_and_crossing",
-        "stick_slip_and_crossing",
-        "equilibrium_stick_slip_and_crossing",
-        "pure_slip_stick_slip_and_crossing",
-        "equilibrium_pure_slip_stick_slip_and_crossing",
-        "neutral",
-    ];
-    assert_eq!(regimes, (0..).zip(names).collect::<Vec<(i8, &str)>>());
+    let names = "equilibrium stick_slip bistable pure_slip crossing failed pure_slip_and_stick_slip \
+                 pure_slip_and_equilibrium equilibrium_pure_slip_and_stick_slip equilibrium_and_crossing \
+                 pure_slip_and_crossing equilibrium_pure_slip_and_crossing stick_slip_and_crossing \
+                 equilibrium_stick_slip_and_crossing pure_slip_stick_slip_and_crossing \
+                 equilibrium_pure_slip_stick_slip_and_crossing neutral";
+    assert_eq!(regimes, (0..).zip(names.split(' ')).collect::<Vec<(i8, &str)>>());
 }

@@ -4,33 +4,29 @@
 //! that it states. Opinions agree if they have a fate in common, and margins that are no farther apart than
 //! their errors.
 
-use crate::sample::{Random, Sample, Sampling};
+use crate::interpolation::verdicts;
+use crate::sample::{Random, Sample, Sampling, formula};
 use rayon::prelude::*;
 use slipmap::certify::{Decision, Guarantee, TESTS, validated};
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::map::{Control, Each, Engine, Grid, Method, Plan, TileData, Verdict, decide, run};
+use slipmap::friction::{Column, Law, Table};
+use slipmap::map::{Control, Each, Engine, Grid, Method, Plan, Verdict, decide, run, unravel};
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::return_map::{Turn, is_resolved, turns_of};
 use slipmap::simulate::{CriticalDamping, Fate, Flow, Landing, critical_damping, flow};
 use slipmap::witness;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::sync::Mutex;
 
 /// The tolerance of maps.
 const TOLERANCE: f64 = 1e-9;
 
-fn between(random: &mut Random, [lo, hi]: [f64; 2]) -> f64 {
-    lo + (hi - lo) * random.unit()
-}
-
 /// A random law that falls by a share in `drop` within about a slip speed in `scale`, with its kind.
 pub fn law(random: &mut Random, drop: [f64; 2], scale: [f64; 2]) -> (&'static str, Law, Vec<f64>) {
     let kind = (6.0 * random.unit()) as usize;
-    let (drop, scale) = (between(random, drop), random.log(scale[0], scale[1]));
-    let (rise, wave) = (between(random, [0.0, 0.03]), random.log(1.0, 6.0));
-    let formula = |text: String| Law::Expression(Expression::new(&text, 1.0).unwrap());
+    let (drop, scale) = (random.between(drop[0], drop[1]), random.log(scale[0], scale[1]));
+    let (rise, wave) = (random.between(0.0, 0.03), random.log(1.0, 6.0));
+    let formula = |text: String| formula(&text);
     match kind {
         0 => ("stribeck", Law::Stribeck, vec![1.0 - drop, rise, 1.0 / scale]),
         1 if wave > 2.0 => {
@@ -45,8 +41,8 @@ pub fn law(random: &mut Random, drop: [f64; 2], scale: [f64; 2]) -> (&'static st
             let (spacing, noise) = (random.log(0.05, 0.4), random.log(1e-5, 1e-2));
             let mut data = vec![(0.0, 1.0)];
             while data[data.len() - 1].0 < 12.0 {
-                let u = data[data.len() - 1].0 + spacing * between(random, [0.5, 1.5]);
-                let scatter = noise * between(random, [-1.0, 1.0]);
+                let u = data[data.len() - 1].0 + spacing * random.between(0.5, 1.5);
+                let scatter = noise * random.between(-1.0, 1.0);
                 data.push((u, 1.0 - drop + drop * (-u / scale).exp() + rise * u + scatter));
             }
             ("table", Law::Table(Table::new("random", &data, 1.0).unwrap()), vec![])
@@ -57,8 +53,8 @@ pub fn law(random: &mut Random, drop: [f64; 2], scale: [f64; 2]) -> (&'static st
 /// A damping of the column: half of them anywhere, the others near the critical one.
 pub fn damping(column: &Column, random: &mut Random) -> f64 {
     let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
-    let anywhere = between(random, [0.0, 1.2]) * range.hi.max(0.01) / column.epsilon;
-    let distance = between(random, [-1.0, 1.0]) * random.log(1e-6, 1.0);
+    let anywhere = random.between(0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
+    let distance = random.between(-1.0, 1.0) * random.log(1e-6, 1.0);
     match critical_damping(column, TOLERANCE) {
         Ok(found) if found.c > 0.0 && random.unit() < 0.5 => (found.c * (1.0 + distance)).max(0.0),
         _ => anywhere,
@@ -109,8 +105,8 @@ impl Case {
         let rate =
             case.column.curve.weakening(if random.unit() < 0.5 { 0.0 } else { case.column.belt_speed });
         let side = if random.unit() < 0.5 { -2.0 } else { 2.0 };
-        let c = (rate + side * (1.0 + between(random, [-1.0, 1.0]) * random.log(1e-6, 0.5)))
-            / case.column.epsilon;
+        let c =
+            (rate + side * (1.0 + random.between(-1.0, 1.0) * random.log(1e-6, 0.5))) / case.column.epsilon;
         let c = if random.unit() < 0.5 && c >= 0.0 { c } else { damping(&case.column, random) };
         Self { c, ..case }
     }
@@ -125,7 +121,7 @@ impl Case {
         let belt_speed = if kind == "table" { random.log(2.0, 5.0) } else { random.log(3.0, 150.0) };
         let case = Self::new((kind, law, parameters), 1.0, belt_speed);
         let top = critical_damping(&case.column, TOLERANCE).map_or(0.1, |found| found.c.abs());
-        Self { c: top * between(random, [0.0, 1.1]).powi(3), ..case }
+        Self { c: top * random.between(0.0, 1.1).powi(3), ..case }
     }
 
     fn numbered(number: u64) -> Self {
@@ -460,34 +456,13 @@ fn every_engine_labels_every_cell_alike() {
         (0..24).map(|i| 0.13 * f64::from(i)).collect(),
     ];
     let grid = Grid::new(Law::Stribeck, nodes).unwrap();
-    let labels = |engine: Engine| {
-        let plan = Plan::builder(grid.clone())
-            .methods([Method::Simulation])
-            .engine(engine)
-            .tolerance(TOLERANCE)
-            .audit_cells(0)
-            .tile_shape(grid.shape())
-            .build()
-            .unwrap();
-        let tile = Mutex::new(Vec::new());
-        let sink = Each(|data: &TileData| tile.lock().unwrap().extend(data.methods[0].verdicts.values()));
-        run(&plan, &sink, &Control::default()).unwrap();
-        let verdicts = tile.into_inner().unwrap();
-        assert_eq!(verdicts.len(), grid.cells());
-        verdicts
-    };
-    let by_engine = Engine::ALL.map(labels);
+    let by_engine = Engine::ALL.map(|engine| verdicts(&grid, engine).0);
+    assert!(by_engine.iter().all(|verdicts| verdicts.len() == grid.cells()));
     let mut counts = BTreeMap::new();
     for cell in 0..grid.cells() {
         let verdicts = by_engine.each_ref().map(|verdicts| verdicts[cell]);
         *counts.entry(verdicts.map(Verdict::code)).or_insert(0) += 1;
-        let mut rest = cell;
-        let mut index: Vec<usize> = Vec::new();
-        for len in grid.shape().into_iter().rev() {
-            index.insert(0, rest % len);
-            rest /= len;
-        }
-        let point = grid.point(&index);
+        let point = grid.point(&unravel(cell, &grid.shape()));
         let &[alpha, beta, gamma] = point.law.as_slice() else { panic!("a Stribeck point") };
         // Without weakening, strengthening and damping every orbit is a circle, and the one from the exit
         // point grazes exactly.

@@ -147,17 +147,10 @@ fn a_linear_law_has_a_flat_backbone() {
 #[test]
 fn slip_cycles_of_rough_measured_friction_are_found() {
     // In m/s and units of the normal force, for a mass whose unit of velocity is 0.0931441 m/s.
-    let measured = [
-        (0.0000000, 0.5872603),
-        (0.0243980, 0.4313061),
-        (0.0396312, 0.3857187),
-        (0.0628787, 0.3747530),
-        (0.0631642, 0.3348087),
-        (0.0723846, 0.3731622),
-        (0.0905262, 0.3063811),
-        (0.1129858, 0.3099550),
-    ];
-    let data = measured.map(|(speed, force)| (speed / 0.0931441, force / 0.5872603));
+    let speeds = [0.0000000, 0.0243980, 0.0396312, 0.0628787, 0.0631642, 0.0723846, 0.0905262, 0.1129858];
+    let forces = [0.5872603, 0.4313061, 0.3857187, 0.3747530, 0.3348087, 0.3731622, 0.3063811, 0.3099550];
+    let rows = speeds.into_iter().zip(forces);
+    let data: Vec<(f64, f64)> = rows.map(|(v, force)| (v / 0.0931441, force / 0.5872603)).collect();
     let law = Law::Table(Table::new("measured", &data, 1.0).unwrap());
     let column = column(&law, 1.0, &[], 0.037544347 / 0.0931441);
     let found = slip_cycles(&oscillator(&column, 0.266_281_5), 1e-11).unwrap();

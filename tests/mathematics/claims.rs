@@ -1,17 +1,12 @@
 //! Tests of the paper's claims: Propositions 1 to 3 and the comparison in the paper's section 5.1.
 
-use crate::sample::{Expansion, Random, Sample, Sampling, check_order};
+use crate::sample::{ENGINES, Expansion, Random, Sample, Sampling, check_order};
 use slipmap::certify::{Decision, by_name};
-use slipmap::filippov::{Oscillator, Side};
-use slipmap::simulate::{Fate, Flow, Landing, flow};
+use slipmap::filippov::Side;
+use slipmap::simulate::{Fate, Landing, flow};
 use slipmap::witness;
 use slipmap::witness::{Ending, Phase, Start, trace};
 use std::f64::consts::{PI, TAU};
-
-type Follow = fn(&Oscillator, f64) -> Flow;
-
-/// Both engines, by name.
-const ENGINES: [(&str, Follow); 2] = [("return map", flow), ("direct", witness::flow)];
 
 fn decide(test: &str, sample: &Sample) -> Decision {
     let test = by_name(test).unwrap_or_else(|| panic!("no test is called {test}"));

@@ -1,14 +1,14 @@
 //! Cycles that cross the belt line, and loops beyond the exit point, which tend to them or inward.
 
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Expression, Law};
+use slipmap::friction::Law;
 use slipmap::map::{self, Attractors, Regime};
 use slipmap::simulate::crossing::{self, reach, some_cross_for_ever, stick_slip_cycle};
 use slipmap::simulate::far_loops::FarLoops;
 use slipmap::simulate::slip_cycle::{Unknown, slip_cycles};
 use slipmap::simulate::{Cycle, Failure, Neighbour, crossing_separates, flow};
 
-use crate::sample::{Random, Sample, Sampling};
+use crate::sample::{Random, Sample, Sampling, at_one, formula};
 
 /// The end of a loop that began on the belt line beyond the exit point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,8 +52,8 @@ fn regime_of_all_loops(oscillator: &Oscillator) -> Regime {
 /// 5e-4.
 #[test]
 fn narrow_pairs_of_crossing_cycles_are_found() {
-    let law = Law::Expression(Expression::new("1-a*exp(-((u-m)/s)^2)", 1.0).unwrap());
-    let at = |a: f64| Oscillator::new(&law, &law.point(1.0, &[a, 20.0, 3.0], 1.0, 0.0).unwrap());
+    let law = formula("1-a*exp(-((u-m)/s)^2)");
+    let at = |a: f64| at_one(&law, &[a, 20.0, 3.0], 1.0, 0.0);
     for (a, places) in [(2.1, [19.2815, 21.6682]), (2.01, [19.8805, 21.0246]), (2.0005, [19.9925, 20.9068])] {
         let oscillator = at(a);
         let cycles = crossing_cycles(&oscillator, 1e-9).unwrap();
@@ -83,8 +83,8 @@ fn narrow_pairs_of_crossing_cycles_are_found() {
 #[test]
 fn crossing_cycles_far_out_are_found() {
     let at = |phi: &str, damping: f64| {
-        let law = Law::Expression(Expression::new(phi, 1.0).unwrap());
-        Oscillator::new(&law, &law.point(1.0, &[], 1.0, damping).unwrap())
+        let law = formula(phi);
+        at_one(&law, &[], 1.0, damping)
     };
     let step = "0.6+0.4*exp(-u)-0.45*(1+tanh((u-300)/20))";
     let cases: [(&str, f64, Regime, &[f64]); 7] = [
@@ -124,8 +124,8 @@ fn crossing_cycles_far_out_are_found() {
 /// friction is 0.5 + 0.5 exp(-u) - u/100, pass the slip speed 50 at which it vanishes.
 #[test]
 fn regimes_leave_out_loops_that_reach_friction_that_pushes() {
-    let law = Law::Expression(Expression::new("0.5+0.5*exp(-u)-0.01*u", 1.0).unwrap());
-    let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.0, 0.005).unwrap());
+    let law = formula("0.5+0.5*exp(-u)-0.01*u");
+    let oscillator = at_one(&law, &[], 1.0, 0.005);
     assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlip);
     let from = FarLoops::where_friction_resists(&oscillator.curve, 1.0).left_out_from();
     assert!(from.is_some_and(|from| (from - 50.0).abs() < 1e-3), "{from:?}");
@@ -137,7 +137,7 @@ fn falling(random: &mut Random, fall: f64) -> (Law, Vec<f64>) {
     let m = random.log(0.01, 100.0);
     // In the order in which the formula names them.
     let values = vec![fall, random.unit(), m, m * random.log(0.02, 1.0), random.log(0.01, 100.0)];
-    (Law::Expression(Expression::new(phi, 1.0).unwrap()), values)
+    (formula(phi), values)
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn loops_lead_inward_where_friction_falls_little() {
         // Up to the bound; half of them without damping.
         let belt_speed = 4.0 * (1.0 - fall) / fall * random.log(0.01, 0.999);
         let damping = if i % 2 == 0 { 0.0 } else { random.log(1e-3, 1.0) };
-        let oscillator = Oscillator::new(&law, &law.point(1.0, &values, belt_speed, damping).unwrap());
+        let oscillator = at_one(&law, &values, belt_speed, damping);
         assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{values:?} {belt_speed} {damping}");
         for _ in 0..4 {
             let y = random.log(1e-3, 100.0) * belt_speed.max(1.0);
@@ -170,7 +170,7 @@ fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
         let (law, values) = falling(&mut random, fall);
         let belt_speed = random.log(0.5, 30.0);
         let damping = random.log(1e-3, 0.3);
-        let oscillator = Oscillator::new(&law, &law.point(1.0, &values, belt_speed, damping).unwrap());
+        let oscillator = at_one(&law, &values, belt_speed, damping);
         let regime = regime_of_all_loops(&oscillator);
         // The farthest cycle lies within 4 / (pi c), which is less than 1300.
         let outward = (-12..=13).any(|i| {
@@ -229,8 +229,8 @@ fn loops_within_their_error_are_no_crossing_cycles() {
 /// A repelling cycle that crosses the belt line, between stick-slip and an attracting cycle that crosses.
 #[test]
 fn a_repelling_crossing_cycle_separates_its_neighbours() {
-    let law = Law::Expression(Expression::new("1-a*(tanh((u-m)/s)+tanh(m/s))", 1.0).unwrap());
-    let oscillator = Oscillator::new(&law, &law.point(1.0, &[1.0, 20.5, 1.0], 10.0, 0.002).unwrap());
+    let law = formula("1-a*(tanh((u-m)/s)+tanh(m/s))");
+    let oscillator = at_one(&law, &[1.0, 20.5, 1.0], 10.0, 0.002);
     let answer = flow(&oscillator, 1e-10);
     let cycles = crossing_cycles(&oscillator, 1e-10).unwrap();
     assert!(cycles.len() == 2 && !cycles[0].is_stable() && cycles[1].is_stable(), "{cycles:?}");
@@ -261,9 +261,9 @@ fn a_repelling_crossing_cycle_separates_its_neighbours() {
 /// vanish.
 #[test]
 fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
-    let law = Law::Expression(Expression::new("1-a*(tanh((u-m)/s)+tanh(m/s))", 1.0).unwrap());
+    let law = formula("1-a*(tanh((u-m)/s)+tanh(m/s))");
     let at = |c: f64| {
-        let oscillator = Oscillator::new(&law, &law.point(1.0, &[1.0, 20.5, 1.0], 10.0, c).unwrap());
+        let oscillator = at_one(&law, &[1.0, 20.5, 1.0], 10.0, c);
         let cycles = crossing_cycles(&oscillator, 1e-10).unwrap();
         (regime_of_all_loops(&oscillator), cycles.len())
     };
@@ -285,10 +285,10 @@ fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
 /// while its distance from the equilibrium falls below the smallest positive double.
 #[test]
 fn orbits_of_nearly_critical_damping_come_to_rest() {
-    let law = Law::Expression(Expression::new("exp(-2*u)", 1.0).unwrap());
+    let law = formula("exp(-2*u)");
     for belt_speed in [5.0, 10.0, 15.0] {
         for damping in [1.999_999, 2.0, 2.000_001] {
-            let oscillator = Oscillator::new(&law, &law.point(1.0, &[], belt_speed, damping).unwrap());
+            let oscillator = at_one(&law, &[], belt_speed, damping);
             assert_eq!(
                 crossing_loop(&oscillator, 0.1, 1e-8),
                 Ok(Loop::SpiralsInward),
@@ -304,8 +304,8 @@ fn orbits_of_nearly_critical_damping_come_to_rest() {
 /// Two crossing cycles within the error of each other leave the other cycles known.
 #[test]
 fn cycles_are_known_where_those_of_another_kind_are_not() {
-    let law = Law::Expression(Expression::new("1-a*exp(-((u-20)/3)^2)", 1.0).unwrap());
-    let at = |a: f64| Oscillator::new(&law, &law.point(1.0, &[a], 1.0, 0.0).unwrap());
+    let law = formula("1-a*exp(-((u-20)/3)^2)");
+    let at = |a: f64| at_one(&law, &[a], 1.0, 0.0);
     let (mut without, mut with) = (1.9, 2.0005);
     let meeting = loop {
         let oscillator = at(0.5 * (without + with));
@@ -329,10 +329,10 @@ fn cycles_are_known_where_those_of_another_kind_are_not() {
 /// its maximum at 0.0112, at x = 5.14.
 #[test]
 fn damping_may_outweigh_friction_that_falls_without_end() {
-    let law = Law::Expression(Expression::new("1 - 0.01*(u - 1.5*sin(7.2*u)/7.2)", 1.0).unwrap());
+    let law = formula("1 - 0.01*(u - 1.5*sin(7.2*u)/7.2)");
     let slips = Regime::PureSlipAndEquilibrium;
     for (damping, regime) in [(0.0102, slips), (0.0105, slips), (0.0115, Regime::Equilibrium)] {
-        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.0, damping).unwrap());
+        let oscillator = at_one(&law, &[], 1.0, damping);
         assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{damping}");
         assert_eq!(regime_of_all_loops(&oscillator), regime, "{damping}");
     }
@@ -343,7 +343,7 @@ fn damping_may_outweigh_friction_that_falls_without_end() {
 /// friction.
 #[test]
 fn loops_see_narrow_steps() {
-    let law = Law::Expression(Expression::new("1-a*u/(u+b)-d*(tanh((u-p)/w)+tanh(p/w))/2", 1.0).unwrap());
+    let law = formula("1-a*u/(u+b)-d*(tanh((u-p)/w)+tanh(p/w))/2");
     let parameters = [
         0.3701101710434796,
         0.4727132847066705,
@@ -351,8 +351,7 @@ fn loops_see_narrow_steps() {
         0.5532940419756395,
         0.0008720825005406945,
     ];
-    let point = law.point(1.0, &parameters, 1.1200212344136085, 0.000130602506763018).unwrap();
-    let oscillator = Oscillator::new(&law, &point);
+    let oscillator = at_one(&law, &parameters, 1.1200212344136085, 0.000130602506763018);
     assert_eq!(regime_of_all_loops(&oscillator), Regime::StickSlipAndCrossing);
     for (beyond_exit, grows) in [(0.3261, false), (0.3263, true)] {
         let found = crossing_loop(&oscillator, beyond_exit, 1e-10).unwrap();

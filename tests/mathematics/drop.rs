@@ -12,7 +12,7 @@ use slipmap::witness::{self, Ending, Phase, Start, trace};
 
 use crate::crossing::{Loop, crossing_loop};
 use crate::runge_kutta::step;
-use crate::sample::{Random, Sampling};
+use crate::sample::{Random, Sampling, at_one, returns};
 
 fn column(law: &Law, parameters: &[f64], belt_speed: f64) -> Column {
     law.column(&law.point(1.0, parameters, belt_speed, 0.0).unwrap())
@@ -31,15 +31,6 @@ fn says(fate: &Fate) -> Option<Decision> {
     match fate {
         Fate::Sticks(_) => Some(Decision::Present),
         Fate::SpiralsInward | Fate::CrossesForever => Some(Decision::Absent),
-        Fate::TooCloseToCall | Fate::Failed(_) => None,
-    }
-}
-
-/// Whether the orbit from the exit point comes back to the belt line.
-fn returns(fate: &Fate) -> Option<bool> {
-    match fate {
-        Fate::Sticks(_) | Fate::CrossesForever => Some(true),
-        Fate::SpiralsInward => Some(false),
         Fate::TooCloseToCall | Fate::Failed(_) => None,
     }
 }
@@ -156,8 +147,7 @@ fn the_backward_turn_is_the_inverse_of_the_critical_damping() {
 #[test]
 fn loops_may_lead_outward_where_nothing_repels() {
     let law = formula("0.7 + 1.54255992*(exp(-u/0.0270794132) - 1)", 1.0);
-    let point = law.point(1.0, &[], 5.899_526_36, 0.02).unwrap();
-    let oscillator = Oscillator::new(&law, &point);
+    let oscillator = at_one(&law, &[], 5.899_526_36, 0.02);
     let drop = oscillator.drop();
     let end = |y: f64| match crossing_loop(&oscillator, y - drop, 1e-11).unwrap() {
         Loop::Crosses(beyond_exit) => Some(beyond_exit + drop),

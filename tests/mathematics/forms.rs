@@ -18,6 +18,15 @@ fn integrate(
     (fine, (fine[0] - coarse[0]).abs().max((fine[1] - coarse[1]).abs()))
 }
 
+/// A point anywhere; fast belts, undamped, of strong weakening, are crossed.
+fn some_crossing(random: &mut Random, crossed: bool) -> Sample {
+    let sample = random.anywhere();
+    match crossed {
+        true => Sample { belt_speed: random.log(5.0, 50.0), beta: 0.0, damping: 0.0, alpha: 0.0, ..sample },
+        false => sample,
+    }
+}
+
 /// Every slip phase of the direct engine's traces, between neighbouring samples, against
 /// v' = w, w' = -v + D w with v = x2, w = x2', and below the belt line against the scalar form
 /// dr/dth = D r sin^2 th / (1 + D sin th cos th), dt/dth = 1 / (1 + D sin th cos th).
@@ -26,12 +35,7 @@ fn traces_obey_the_lienard_form_and_the_scalar_form() {
     let mut random = Random(6);
     let (mut lienard, mut above, mut polar) = (0, 0, 0);
     for n in 0..300 {
-        let mut sample = random.anywhere();
-        if n % 3 == 0 {
-            // Fast belts, undamped, of strong weakening, are crossed.
-            sample =
-                Sample { belt_speed: random.log(5.0, 50.0), beta: 0.0, damping: 0.0, alpha: 0.0, ..sample };
-        }
+        let sample = some_crossing(&mut random, n % 3 == 0);
         let oscillator = sample.oscillator();
         let belt_speed = sample.belt_speed;
         let traced = trace(&oscillator, Start::ExitPoint, 1e-12, 20.0);
@@ -88,11 +92,7 @@ fn landings_follow_the_half_maps() {
     let mut random = Random(7);
     let mut seen = [0; 2];
     for n in 0..400 {
-        let mut sample = random.anywhere();
-        if n % 2 == 0 {
-            sample =
-                Sample { belt_speed: random.log(5.0, 50.0), beta: 0.0, damping: 0.0, alpha: 0.0, ..sample };
-        }
+        let sample = some_crossing(&mut random, n % 2 == 0);
         let oscillator = sample.oscillator();
         let (belt_speed, exit) = (sample.belt_speed, oscillator.exit_x1());
         let traced = trace(&oscillator, Start::ExitPoint, 1e-12, 20.0);

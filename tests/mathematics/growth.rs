@@ -6,7 +6,7 @@ use slipmap::friction::Law;
 use slipmap::machine::{Machine, Motion};
 use slipmap::witness::{Start, trace};
 
-use crate::sample::Random;
+use crate::sample::{Random, at_one};
 
 /// The logarithm of the growth of a disturbance of size `a` after the time `t`. It starts along x1 where
 /// disturbances turn and along the fast direction (1, rate) where they do not.
@@ -29,8 +29,7 @@ fn disturbances_of_unstable_steady_slip_grow_at_the_rate_of_the_eigenvalue() {
         let width = if i % 2 == 0 { between(0.1, 1.0) } else { between(0.02, 0.15) };
         let law = [between(0.1, 0.9), width, 0.0];
         let (speed, damping) = (between(0.2, 1.0) * width, between(0.0, 0.5));
-        let oscillator =
-            Oscillator::new(&Law::Exponential, &Law::Exponential.point(1.0, &law, speed, damping).unwrap());
+        let oscillator = at_one(&Law::Exponential, &law, speed, damping);
         let time = growth_time(&oscillator);
         assert_eq!(time.is_some(), oscillator.stability() == Stability::Repels);
         let Some(time) = time else { continue };

@@ -1,17 +1,11 @@
 //! The exact statements of the theory (`src/theory.md`), tested numerically: scaling, monotonicity, closed
 //! forms, orders in eps.
 
-use crate::sample::{Expansion, Random, Sample, Sampling, check_order};
+use crate::sample::{ENGINES, Expansion, Random, Sample, Sampling, check_order};
 use slipmap::certify::Decision;
-use slipmap::filippov::Oscillator;
 use slipmap::simulate::{CriticalDamping, Fate, Flow, critical_damping, flow};
 use slipmap::witness;
 use std::f64::consts::PI;
-
-type Follow = fn(&Oscillator, f64) -> Flow;
-
-/// Both engines, by name.
-const ENGINES: [(&str, Follow); 2] = [("return map", flow), ("direct", witness::flow)];
 
 const TOLERANCE: f64 = 1e-10;
 
@@ -337,36 +331,30 @@ fn balance_gap(sample: &Sample) -> f64 {
     13.0 / 48.0 * (epsilon * belt_speed).powi(4) * gamma * gamma * sample.drop_rate() * odd * odd
 }
 
-/// c* - c(perturbation) = -2 eps gamma^2 (1 - alpha) V + O(eps^2). With c_HB in place of c* the series is
-/// gamma (1 - alpha) (-2 k + 15/4 k^2 - 7 k^3 + ...), alternating and falling.
-#[test]
-fn orders_in_eps_of_the_first_order_test() {
+/// c* less the edge of a test follows gamma (1 - alpha) k^order (first + second k + third k^2 + ...), the
+/// series with c_HB in place of c*, which alternates and falls.
+fn check_series(name: &str, edge: fn(&Sample) -> f64, order: i32, [first, second, third]: [f64; 3]) {
     let expansions: Vec<_> = halvings(0.02)
         .map(|sample| {
             let (k, found) = (sample.k(), critical(&sample));
-            let leading = -2.0 * k * sample.drop_rate();
-            let measured = found.c - sample.first_order_edge();
-            let rest = 3.5 * k * k + (2.0 * balance_gap(&sample) + found.error) / leading.abs();
-            Expansion { epsilon: sample.epsilon, measured, leading, next: -15.0 / 8.0 * k, rest }
+            let leading = first * k.powi(order) * sample.drop_rate();
+            let measured = found.c - edge(&sample);
+            let rest =
+                (third / first).abs() * k * k + (2.0 * balance_gap(&sample) + found.error) / leading.abs();
+            Expansion { epsilon: sample.epsilon, measured, leading, next: second / first * k, rest }
         })
         .collect();
-    check_order("c* - c(perturbation)", 1.0, &expansions);
+    check_order(name, f64::from(order), &expansions);
 }
 
-/// c* - c(instability) = (3/4) eps^2 gamma^3 (1 - alpha) V^2 + O(eps^3); with c_HB the series is
-/// gamma (1 - alpha) (3/4 k^2 - 3 k^3 + 65/8 k^4 - ...), alternating and falling.
+#[test]
+fn orders_in_eps_of_the_first_order_test() {
+    check_series("c* - c(perturbation)", Sample::first_order_edge, 1, [-2.0, 15.0 / 4.0, -7.0]);
+}
+
 #[test]
 fn orders_in_eps_of_the_divergence_test() {
-    let expansions: Vec<_> = halvings(0.02)
-        .map(|sample| {
-            let (k, found) = (sample.k(), critical(&sample));
-            let leading = 0.75 * k * k * sample.drop_rate();
-            let measured = found.c - sample.divergence_edge();
-            let rest = 65.0 / 6.0 * k * k + (2.0 * balance_gap(&sample) + found.error) / leading;
-            Expansion { epsilon: sample.epsilon, measured, leading, next: -4.0 * k, rest }
-        })
-        .collect();
-    check_order("c* - c(instability)", 2.0, &expansions);
+    check_series("c* - c(instability)", Sample::divergence_edge, 2, [0.75, -3.0, 65.0 / 8.0]);
 }
 
 /// c* - c_HB = O(eps^4), see `src/theory.md`: with D(1 - x) = d0 + d1 x + d2 x^2 + ... in scaled groups,
@@ -401,5 +389,3 @@ fn orders_in_eps_of_the_energy_balance() {
         check_order(&format!("c* - c_HB at beta = {beta}"), order, &expansions);
     }
 }
-
-// ---------------------------------------------------------------- next to grazing

@@ -2,20 +2,21 @@
 //! critical damping and backbone, and with the direct engine.
 
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Expression, Law, Table};
+use slipmap::friction::{Law, Table};
 use slipmap::map::{
-    Account, Control, Each, Engine, Field, Grid, Method, Plan, Queue, Regime, TileData, Verdict,
+    Account, Control, Each, Engine, Field, Grid, Method, Plan, Queue, Regime, TileData, Verdict, unravel,
 };
 use slipmap::simulate::{critical_damping, flow};
 use std::sync::Mutex;
 
-use crate::sample::Random;
+use crate::sample::{Random, formula};
 
 fn computed(grid: &Grid, engine: Engine, audited: usize) -> (Vec<(Verdict, Regime)>, Account) {
     of_fields(grid, engine, audited, &[Field::Regime])
 }
 
-fn verdicts(grid: &Grid, engine: Engine) -> (Vec<Verdict>, Account) {
+/// The verdicts of the simulation in the cells of a grid.
+pub fn verdicts(grid: &Grid, engine: Engine) -> (Vec<Verdict>, Account) {
     let (cells, account) = of_fields(grid, engine, 0, &[]);
     (cells.into_iter().map(|(verdict, _)| verdict).collect(), account)
 }
@@ -45,10 +46,6 @@ fn nodes(from: f64, to: f64, points: usize) -> Vec<f64> {
     (0..points).map(|i| from + (to - from) * (i as f64 + 0.5) / points as f64).collect()
 }
 
-fn formula(text: &str) -> Law {
-    Law::Expression(Expression::new(text, 1.0).unwrap())
-}
-
 /// Grids with several regimes: planes of single cells, and columns with two dampings.
 fn grids() -> Vec<(&'static str, Grid)> {
     let rows: Vec<(f64, f64)> =
@@ -61,62 +58,49 @@ fn grids() -> Vec<(&'static str, Grid)> {
     let exponential = "mu + (1 - mu)*exp(-u/vs)";
     let one = |value: f64| vec![value];
     let (n, belts) = (32, nodes(0.2, 3.0, 32));
-    let grid = |law, axes| Grid::new(law, axes).unwrap();
+    let grid = |name, law, axes| (name, Grid::new(law, axes).unwrap());
     vec![
-        (
+        grid(
             "formula",
-            grid(formula(exponential), vec![one(1.0), nodes(0.1, 1.0, n), one(0.5), belts.clone(), one(0.1)]),
+            formula(exponential),
+            vec![one(1.0), nodes(0.1, 1.0, n), one(0.5), belts.clone(), one(0.1)],
         ),
-        (
+        grid(
             "ridge",
-            grid(
-                formula("1 - (0.1 + 0.2*exp(-((p - 0.37)/0.02)^2))*(1 - exp(-u))"),
-                vec![one(0.5), nodes(0.0, 1.0, 128), nodes(0.5, 1.5, 16), vec![0.25, 0.3]],
-            ),
+            formula("1 - (0.1 + 0.2*exp(-((p - 0.37)/0.02)^2))*(1 - exp(-u))"),
+            vec![one(0.5), nodes(0.0, 1.0, 128), nodes(0.5, 1.5, 16), vec![0.25, 0.3]],
         ),
-        (
+        grid(
             "crossing",
-            grid(
-                formula(exponential),
-                vec![one(1.0), one(0.2), nodes(0.3, 2.0, n), nodes(1.0, 6.0, n), one(0.02)],
-            ),
+            formula(exponential),
+            vec![one(1.0), one(0.2), nodes(0.3, 2.0, n), nodes(1.0, 6.0, n), one(0.02)],
         ),
-        (
+        grid(
             "lorentzian",
-            grid(
-                Law::Lorentzian,
-                vec![one(1.0), nodes(0.1, 1.0, n), one(0.5), one(0.0), nodes(0.2, 2.0, n), one(0.1)],
-            ),
+            Law::Lorentzian,
+            vec![one(1.0), nodes(0.1, 1.0, n), one(0.5), one(0.0), nodes(0.2, 2.0, n), one(0.1)],
         ),
-        (
+        grid(
             "wave",
-            grid(
-                formula("1 - 0.3*tanh(u/0.5) + 0.02*sin(k*u)"),
-                vec![one(0.5), nodes(1.0, 4.0, 24), nodes(0.2, 1.5, 24), one(0.05)],
-            ),
+            formula("1 - 0.3*tanh(u/0.5) + 0.02*sin(k*u)"),
+            vec![one(0.5), nodes(1.0, 4.0, 24), nodes(0.2, 1.5, 24), one(0.05)],
         ),
-        ("table", grid(table(&rows), vec![nodes(0.1, 1.0, n), belts.clone(), one(0.1)])),
-        ("rough table", grid(table(&rough.collect::<Vec<_>>()), vec![nodes(0.1, 1.0, n), belts, one(0.1)])),
-        (
+        grid("table", table(&rows), vec![nodes(0.1, 1.0, n), belts.clone(), one(0.1)]),
+        grid("rough table", table(&rough.collect::<Vec<_>>()), vec![nodes(0.1, 1.0, n), belts, one(0.1)]),
+        grid(
             "box",
-            grid(
-                formula(exponential),
-                vec![one(1.0), nodes(0.1, 0.9, 8), nodes(0.3, 1.0, 8), nodes(0.2, 2.0, 8), vec![0.1, 0.3]],
-            ),
+            formula(exponential),
+            vec![one(1.0), nodes(0.1, 0.9, 8), nodes(0.3, 1.0, 8), nodes(0.2, 2.0, 8), vec![0.1, 0.3]],
         ),
-        (
+        grid(
             "pushed far out",
-            grid(
-                formula("0.6 + 0.4*exp(-u) - p*(1 + tanh((u - 300)/20))"),
-                vec![one(1.0), nodes(0.25, 0.45, 24), nodes(0.5, 3.0, 12), one(0.0002)],
-            ),
+            formula("0.6 + 0.4*exp(-u) - p*(1 + tanh((u - 300)/20))"),
+            vec![one(1.0), nodes(0.25, 0.45, 24), nodes(0.5, 3.0, 12), one(0.0002)],
         ),
-        (
+        grid(
             "crossing at the smaller damping",
-            grid(
-                formula(exponential),
-                vec![one(1.0), nodes(-0.9, 0.3, n), one(0.5), nodes(0.5, 4.0, n), vec![0.02, 0.3]],
-            ),
+            formula(exponential),
+            vec![one(1.0), nodes(-0.9, 0.3, n), one(0.5), nodes(0.5, 4.0, n), vec![0.02, 0.3]],
         ),
     ]
 }
@@ -158,19 +142,7 @@ fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
         let (found, _) = computed(&grid, Engine::CriticalSurface, 0);
         let mut seen = Vec::new();
         for (cell, &(_, regime)) in found.iter().enumerate() {
-            let mut rest = cell;
-            let mut index: Vec<usize> = grid
-                .shape()
-                .iter()
-                .rev()
-                .map(|length| {
-                    let at = rest % length;
-                    rest /= length;
-                    at
-                })
-                .collect();
-            index.reverse();
-            let point = grid.point(&index);
+            let point = grid.point(&unravel(cell, &grid.shape()));
             let oscillator = Oscillator::new(&law, &point);
             let alone = slipmap::map::regime(&oscillator, &flow(&oscillator, 1e-9));
             assert_eq!(regime, alone, "{law:?} {point:?}");
@@ -215,17 +187,19 @@ fn laws_with_a_narrow_feature() -> Vec<(Law, [f64; 2])> {
 /// The maps of `scripts/study outliers` in small; the first has been wrong in two of its cells.
 #[test]
 fn cells_of_laws_with_a_narrow_feature_are_those_of_their_own_columns() {
-    let rows = [
-        (0.0, 1.0),
-        (0.3, 0.819524654438),
-        (0.6, 0.720477684765),
-        (0.990508400709, 0.655171567866),
-        (1.0, 0.674134113295),
-        (1.00949159929, 0.653116167177),
-        (1.5, 0.619914827347),
-        (2.5, 0.6026951788),
-        (4.0, 0.600134185051),
+    let speeds = [0.0, 0.3, 0.6, 0.990508400709, 1.0, 1.00949159929, 1.5, 2.5, 4.0];
+    let friction = [
+        1.0,
+        0.819524654438,
+        0.720477684765,
+        0.655171567866,
+        0.674134113295,
+        0.653116167177,
+        0.619914827347,
+        0.6026951788,
+        0.600134185051,
     ];
+    let rows: Vec<(f64, f64)> = speeds.into_iter().zip(friction).collect();
     let ends =
         |from: f64, to: f64| (0..100).map(|i| from + (to - from) * f64::from(i) / 99.0).collect::<Vec<_>>();
     let first = Law::Table(Table::new("an outlier", &rows, 1.0).unwrap());

@@ -3,7 +3,7 @@
 
 use crate::reference;
 use crate::runge_kutta::step;
-use crate::sample::{Random, Sampling};
+use crate::sample::{Random, Sampling, formula};
 use slipmap::certify::validated::{self, any_law};
 use slipmap::certify::{Decision, Guarantee, TESTS, Test};
 use slipmap::filippov::{Eigenvalues, Oscillator};
@@ -17,11 +17,7 @@ const STRIBECK: &str = "(1 - alpha)/(1 + eps*gamma*u) + alpha + eps*beta*u^2";
 
 /// The Stribeck law as text; its parameters appear in the order alpha, gamma, beta.
 fn stribeck_as_text() -> Law {
-    Law::Expression(Expression::new(STRIBECK, 1.0).unwrap())
-}
-
-fn between(random: &mut Random, lo: f64, hi: f64) -> f64 {
-    lo + (hi - lo) * random.unit()
+    formula(STRIBECK)
 }
 
 /// Relative difference of two numbers that may be infinite.
@@ -35,8 +31,8 @@ fn stribeck_as_text_gives_the_same_verdicts_and_margins() {
     for _ in 0..150 {
         let (epsilon, belt_speed) = (random.log(1e-3, 1.0), random.log(0.1, 5.0));
         let (alpha, beta, gamma) =
-            (between(&mut random, 0.0, 1.0), between(&mut random, 0.0, 0.3), between(&mut random, 0.1, 8.0));
-        let damping = between(&mut random, 0.0, 1.2) * gamma * (1.0 - alpha);
+            (random.between(0.0, 1.0), random.between(0.0, 0.3), random.between(0.1, 8.0));
+        let damping = random.between(0.0, 1.2) * gamma * (1.0 - alpha);
         let text = stribeck_as_text();
         let built_in = Law::Stribeck.point(epsilon, &[alpha, beta, gamma], belt_speed, damping).unwrap();
         let as_text = text.point(epsilon, &[alpha, gamma, beta], belt_speed, damping).unwrap();
@@ -77,12 +73,10 @@ fn columns(count: usize) -> Vec<(Law, Column)> {
             let law = &laws[i % laws.len()];
             let parameters = match law {
                 Law::Expression(_) => {
-                    vec![between(&mut random, 0.0, 0.5), random.log(0.2, 2.0), between(&mut random, 0.0, 0.1)]
+                    vec![random.between(0.0, 0.5), random.log(0.2, 2.0), random.between(0.0, 0.1)]
                 }
                 Law::Table(_) => vec![],
-                _ => {
-                    vec![between(&mut random, 0.0, 1.0), random.log(0.2, 3.0), between(&mut random, 0.0, 0.1)]
-                }
+                _ => vec![random.between(0.0, 1.0), random.log(0.2, 3.0), random.between(0.0, 0.1)],
             };
             let (epsilon, belt_speed) = (random.log(0.1, 1.0), random.log(0.1, 3.0));
             (law.clone(), law.column(&law.point(epsilon, &parameters, belt_speed, 0.0).unwrap()))
@@ -156,7 +150,7 @@ fn errors_are_within_their_estimates() {
     let mut random = Random(69);
     for (law, column) in columns(240) {
         let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
-        let c = between(&mut random, 0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
+        let c = random.between(0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
         let oscillator = Oscillator::in_column(&column, c);
         let reference = flow(&oscillator, 1e-15);
         for tolerance in [1e-6, 1e-9, 1e-12] {
@@ -174,42 +168,59 @@ fn errors_are_within_their_estimates() {
     }
 }
 
-/// A law given by functions, equal to the text `1 - d*tanh(u/w)`.
+/// A law given by its friction and its slope as functions of u and of its parameters.
 #[derive(Debug)]
-struct Hyperbolic(Vec<Parameter>);
+struct ByFunctions {
+    parameters: Vec<Parameter>,
+    phi: fn(f64, &[f64]) -> f64,
+    slope: fn(f64, &[f64]) -> f64,
+}
 
-impl Hyperbolic {
-    fn law() -> Law {
-        let parameter = |name| Parameter { name, long_name: name, min: 0.0, max: 1e9 };
-        Law::custom(Hyperbolic(vec![parameter("d"), parameter("w")])).unwrap()
+impl ByFunctions {
+    fn law(
+        names: &[&'static str],
+        phi: fn(f64, &[f64]) -> f64,
+        slope: fn(f64, &[f64]) -> f64,
+    ) -> Option<Law> {
+        let parameter = |&name: &&'static str| Parameter { name, long_name: name, min: 0.0, max: 1e9 };
+        Law::custom(Self { parameters: names.iter().map(parameter).collect(), phi, slope }).ok()
     }
 }
 
-impl CustomLaw for Hyperbolic {
+impl CustomLaw for ByFunctions {
     fn name(&self) -> &'static str {
-        "hyperbolic"
+        "functions"
     }
 
     fn parameters(&self) -> &[Parameter] {
-        &self.0
+        &self.parameters
     }
 
     fn phi(&self, u: f64, _epsilon: f64, parameters: &[f64]) -> f64 {
-        1.0 - parameters[0] * (u / parameters[1]).tanh()
+        (self.phi)(u, parameters)
     }
 
     fn slope(&self, u: f64, _epsilon: f64, parameters: &[f64]) -> f64 {
-        -parameters[0] / parameters[1] / (u / parameters[1]).cosh().powi(2)
+        (self.slope)(u, parameters)
     }
+}
+
+/// The law of the text `1 - d*tanh(u/w)`, with parameters of these names.
+fn hyperbolic(names: &[&'static str]) -> Option<Law> {
+    ByFunctions::law(
+        names,
+        |u, p| 1.0 - p[0] * (u / p[1]).tanh(),
+        |u, p| -p[0] / p[1] / (u / p[1]).cosh().powi(2),
+    )
 }
 
 #[test]
 fn a_law_given_by_functions_is_simulated_like_its_formula_without_proofs() {
-    let text = Law::Expression(Expression::new("1 - d*tanh(u/w)", 1.0).unwrap());
-    let law = Hyperbolic::law();
+    let text = formula("1 - d*tanh(u/w)");
+    let law = hyperbolic(&["d", "w"]).unwrap();
     let mut random = Random(70);
     for _ in 0..30 {
-        let parameters = [between(&mut random, 0.1, 0.6), random.log(0.3, 2.0)];
+        let parameters = [random.between(0.1, 0.6), random.log(0.3, 2.0)];
         let point = law.point(1.0, &parameters, random.log(0.1, 2.0), 0.0).unwrap();
         let columns = [&law, &text].map(|law| law.column(&point));
         let [a, b] = columns.each_ref().map(|column| critical_damping(column, 1e-12));
@@ -226,34 +237,18 @@ fn a_law_given_by_functions_is_simulated_like_its_formula_without_proofs() {
         );
         nothing_is_proved(&columns[0]);
     }
-    assert!(matches!(Law::custom(Hyperbolic(vec![])), Ok(Law::Custom(_))));
-    let taken = Parameter { name: "V", long_name: "taken", min: 0.0, max: 1.0 };
-    assert!(Law::custom(Hyperbolic(vec![taken])).is_err());
+    assert!(matches!(hyperbolic(&[]), Some(Law::Custom(_))));
+    // The belt speed is no parameter of a law.
+    assert!(hyperbolic(&["V"]).is_none());
 }
 
 /// The oscillator of Leine and others with the damping of a node, by functions: nothing proves its divergence
 /// negative, and orbits creep.
 #[test]
 fn nodes_of_a_law_given_by_functions_are_followed_to_rest() {
-    #[derive(Debug)]
-    struct Hyperbola([Parameter; 1]);
-    impl CustomLaw for Hyperbola {
-        fn name(&self) -> &'static str {
-            "hyperbola"
-        }
-        fn parameters(&self) -> &[Parameter] {
-            &self.0
-        }
-        fn phi(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
-            1.0 / (1.0 + a[0] * u)
-        }
-        fn slope(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
-            -a[0] / (1.0 + a[0] * u).powi(2)
-        }
-    }
-    let a = Parameter { name: "a", long_name: "rate of weakening", min: 0.0, max: f64::INFINITY };
-    let law = Law::custom(Hyperbola([a])).unwrap();
-    let text = Law::Expression(Expression::new("1/(1 + a*u)", 1.0).unwrap());
+    let slope = |u: f64, a: &[f64]| -a[0] / (1.0 + a[0] * u).powi(2);
+    let law = ByFunctions::law(&["a"], |u, a| 1.0 / (1.0 + a[0] * u), slope).unwrap();
+    let text = formula("1/(1 + a*u)");
     let point = law.point(1.0, &[3.0], 0.2, 0.0).unwrap();
     let [found, exact] = [&law, &text].map(|law| critical_damping(&law.column(&point), 1e-12).unwrap());
     assert!((found.c - exact.c).abs() <= found.error + exact.error, "{found:?} {exact:?}");
@@ -293,7 +288,7 @@ fn a_law_is_read_as_small_on_request() {
 
 #[test]
 fn gradients_of_the_weakening_rate_are_its_differences() {
-    let formula = Law::Expression(Expression::new("1 - d*tanh(u/w) + eps*p*sin(3*u)^2", 1.0).unwrap());
+    let formula = formula("1 - d*tanh(u/w) + eps*p*sin(3*u)^2");
     let laws = [
         (Law::Stribeck, vec![0.3, 0.1, 2.0]),
         (Law::Exponential, vec![0.3, 0.7, 0.1]),
@@ -301,7 +296,7 @@ fn gradients_of_the_weakening_rate_are_its_differences() {
         (Law::Stretched, vec![0.3, 0.7, 0.1, 2.5]),
         (Law::Lorentzian, vec![0.3, 0.7, 0.1]),
         (formula, vec![0.3, 0.7, 0.1]),
-        (Hyperbolic::law(), vec![0.3, 0.7]),
+        (hyperbolic(&["d", "w"]).unwrap(), vec![0.3, 0.7]),
     ];
     let epsilon = 0.4;
     for (law, parameters) in laws {
@@ -337,7 +332,7 @@ fn gradients_of_the_weakening_rate_are_its_differences() {
 /// 1.13394467.
 #[test]
 fn the_stick_slip_cycle_of_leine_and_others() {
-    let law = Law::Expression(Expression::new("1/(1 + 3*u)", 1.0).unwrap());
+    let law = formula("1/(1 + 3*u)");
     let point = law.point(1.0, &[], 0.2, 0.0).unwrap();
     let oscillator = Oscillator::new(&law, &point);
     for answer in [flow(&oscillator, 1e-12), witness::flow(&oscillator, 1e-12)] {
@@ -450,7 +445,7 @@ fn validated_encloses_every_law() {
         sharp += u32::from(proof.critical.hi - proof.critical.lo < 1e-9 * range.hi.abs().max(range.lo.abs()));
         let claim = (validated::TEST.claim)(&column);
         for _ in 0..2 {
-            let c = between(&mut random, 0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
+            let c = random.between(0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
             let fate = witness::flow(&Oscillator::in_column(&column, c), 1e-10).fate;
             let contradicted = match claim.decide(c) {
                 Decision::Present => matches!(fate, Fate::SpiralsInward | Fate::CrossesForever),

@@ -42,4 +42,3 @@ mod slip_count;
 mod slip_laws;
 mod steep_laws;
 mod theory;
-mod validated;

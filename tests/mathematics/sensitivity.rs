@@ -1,12 +1,12 @@
 //! The derivatives of the critical damping, compared with differences; the influence of the friction curve,
 //! compared with laws that differ in one range of slip speeds.
 
-use slipmap::friction::{Column, Expression, Law, Table};
+use slipmap::friction::{Column, Law, Table};
 use slipmap::point::Point;
 use slipmap::simulate::sensitivity::{Estimate, Influence, NoSensitivity, influence, sensitivity};
 use slipmap::simulate::{CriticalDamping, critical_damping};
 
-use crate::sample::Random;
+use crate::sample::{Random, formula};
 
 fn point(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Point {
     law.point(epsilon, parameters, belt_speed, 0.0).unwrap()
@@ -14,14 +14,12 @@ fn point(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Point 
 
 /// Laws and points: foci, a node, strong weakening, narrow dips, a fall away from rest, a law with eps in its formula.
 fn examples() -> Vec<(Law, Point)> {
-    let formula = Expression::new("a + (1 - a)*exp(-u/s) + 0.1*eps*u^2", 1.0).unwrap();
-    let formula = Law::Expression(formula);
+    let of_eps = formula("a + (1 - a)*exp(-u/s) + 0.1*eps*u^2");
     // Narrow dips.
-    let dip = Expression::new("1-a*u/(u+b)+d*exp(-((u-p)/w)^2)-d*exp(-(p/w)^2)", 1.0).unwrap();
-    let dip = Law::Expression(dip);
+    let dip = formula("1-a*u/(u+b)+d*exp(-((u-p)/w)^2)-d*exp(-(p/w)^2)");
     let narrow = [0.275, 0.2125, 2.48e-3, 0.9256, 2.13e-3];
     let other = [0.339, 1.008, -2.87e-3, 0.1434, 2.98e-3];
-    let fall = Law::Expression(Expression::new("1 - a*(tanh((u-p)/w) + tanh(p/w))/2", 1.0).unwrap());
+    let fall = formula("1 - a*(tanh((u-p)/w) + tanh(p/w))/2");
     let drop = Law::Exponential.with_drop();
     vec![
         (fall.clone(), point(&fall, 1.0, &[0.3, 0.5, 0.05], 1.0)),
@@ -34,7 +32,7 @@ fn examples() -> Vec<(Law, Point)> {
         (Law::Stribeck, point(&Law::Stribeck, 1.0, &[0.1, 0.01, 6.0], 0.3)),
         (Law::Exponential, point(&Law::Exponential, 1.0, &[0.4, 0.5, 0.02], 0.6)),
         (Law::Lorentzian, point(&Law::Lorentzian, 1.0, &[0.4, 0.7, 0.05], 0.5)),
-        (formula.clone(), point(&formula, 0.7, &[0.4, 0.6], 0.6)),
+        (of_eps.clone(), point(&of_eps, 0.7, &[0.4, 0.6], 0.6)),
     ]
 }
 
@@ -98,7 +96,7 @@ fn derivatives_are_those_of_differences() {
 fn influence_is_what_a_change_at_these_speeds_does() {
     let base = "0.6 + 0.4*exp(-2*u)";
     let column = |text: &str| {
-        let law = Law::Expression(Expression::new(text, 1.0).unwrap());
+        let law = formula(text);
         law.column(&point(&law, 1.0, &[], 0.7))
     };
     let shares = influence(&column(base), 40).unwrap();
@@ -143,26 +141,22 @@ fn the_standard_error_is_that_of_tables_whose_data_are_moved() {
     let table = Table::new("data", &data, data[0].1).unwrap().with_standard_errors(&errors).unwrap();
     let law = Law::Table(table);
     let found = sensitivity(&law.column(&point(&law, 1.0, &[], 0.8))).unwrap();
-    let squares = (0..data.len()).map(|i| {
+    // By half of the difference of tables in which a datum is moved up and down.
+    let change = |i: usize| {
         let moved = |sign: f64| {
             let mut data = data.clone();
             data[i].1 += sign * errors[i];
             critical_of(&data)
         };
-        (0.5 * (moved(1.0) - moved(-1.0))).powi(2)
-    });
-    let expected = squares.sum::<f64>().sqrt();
+        0.5 * (moved(1.0) - moved(-1.0))
+    };
+    let expected = (0..data.len()).map(|i| change(i).powi(2)).sum::<f64>().sqrt();
     let standard_error = found.standard_error.unwrap();
     // Differences of critical dampings that are known to 1e-13, over changes of 1e-6.
     assert!((standard_error.value / expected - 1.0).abs() < 1e-6, "{standard_error:?} {expected}");
     // Each datum but the first, which is the unit of friction.
-    for i in 1..data.len() {
-        let moved = |sign: f64| {
-            let mut data = data.clone();
-            data[i].1 += sign * errors[i];
-            critical_of(&data)
-        };
-        let difference = (moved(1.0) - moved(-1.0)) / (2.0 * errors[i]);
+    for (i, error) in errors.iter().enumerate().skip(1) {
+        let difference = change(i) / error;
         assert!((found.by_data[i].value - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{i}");
     }
     assert!(found.by_parameters.is_empty());

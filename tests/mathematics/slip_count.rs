@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use crate::sample::{Random, Sampling};
+use crate::sample::{Random, Sampling, formula};
 use slipmap::certify::slip_count::count_slip_cycles;
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Expression, Law};
+use slipmap::friction::Law;
 use slipmap::point::LawParameters;
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::slip_cycle::slip_cycles;
@@ -14,8 +14,7 @@ use slipmap::witness;
 use slipmap::witness::{Start, trace};
 
 fn expression(text: &str, parameters: &[f64], viscous: f64, belt_speed: f64) -> Oscillator {
-    let curve =
-        Law::Expression(Expression::new(text, 1.0).unwrap()).curve(1.0, &LawParameters::new(parameters));
+    let curve = formula(text).curve(1.0, &LawParameters::new(parameters));
     Oscillator { curve, viscous, belt_speed }
 }
 
@@ -35,7 +34,7 @@ fn pairs_that_meet_in_a_fold_are_proved() {
 /// For laws so steep at rest that the tests claim nothing near the boundary.
 #[test]
 fn without_slip_cycles_a_stable_equilibrium_proves_absence() {
-    let law = Law::Expression(Expression::new("1 - b*ln(1 + u/s) + k*u", 1.0).unwrap());
+    let law = formula("1 - b*ln(1 + u/s) + k*u");
     let (mut random, mut proved) = (Random(79), 0);
     for _ in 0..40 {
         let (b, v, k) = (random.log(0.01, 0.1), random.log(1e-3, 0.1), random.log(1e-3, 0.1));
@@ -58,7 +57,7 @@ fn proofs_and_searches_agree_at_random_laws() {
     const POINTS: usize = 150;
     for i in 0..POINTS {
         let belt_speed = random.log(0.3, 2.0);
-        let mut between = |lo: f64, hi: f64| lo + (hi - lo) * random.unit();
+        let mut between = |lo: f64, hi: f64| random.between(lo, hi);
         let oscillator = match i % 3 {
             0 => {
                 let law = [between(0.0, 0.8), between(0.4, 2.0), between(0.0, 0.1)];
@@ -101,7 +100,7 @@ fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
     let (mut none, mut one, mut open) = (0, 0, 0);
     for i in 0..150 {
         let belt_speed = random.log(0.1, 10.0);
-        let mut between = |lo: f64, hi: f64| lo + (hi - lo) * random.unit();
+        let mut between = |lo: f64, hi: f64| random.between(lo, hi);
         let (law, parameters) = match i % 2 {
             0 => (Law::Stribeck, [between(0.0, 0.9), between(0.0, 0.1), between(0.1, 1.0)]),
             _ => (Law::Exponential, [between(0.0, 0.9), between(0.3, 3.0), between(0.0, 0.1)]),

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use crate::runge_kutta;
-use crate::sample::{Random, Sampling};
+use crate::sample::{Random, Sampling, at_one, formula};
 use slipmap::certify::slip_count::count_slip_cycles;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law};
@@ -35,7 +35,7 @@ impl Published {
     }
 
     fn column(&self, belt: f64) -> Column {
-        let law = Law::Expression(Expression::new("1 - 1.5*drop*(q*u - (q*u)^3/3)", 1.0).unwrap());
+        let law = formula("1 - 1.5*drop*(q*u - (q*u)^3/3)");
         let parameters = [1.0 - LEAST / STATIC, self.unit() / AT];
         law.column(&law.point(1.0, &parameters, belt / self.unit(), 0.0).unwrap())
     }
@@ -233,10 +233,8 @@ fn reversed(curve: impl Fn(f64) -> f64, [viscous, belt_speed]: [f64; 2], step: f
 #[test]
 fn cycles_that_repel_strongly_are_followed_backward() {
     for [speed, damping] in [[0.001, 0.01], [0.002, 0.02], [0.004, 0.01]] {
-        let law = Expression::new(&format!("0.5 + 0.5*exp(-u/{speed})"), 1.0).unwrap();
-        let law = Law::Expression(law);
-        let point = law.point(1.0, &[], 1.0, damping).unwrap();
-        let oscillator = Oscillator::new(&law, &point);
+        let law = formula(&format!("0.5 + 0.5*exp(-u/{speed})"));
+        let oscillator = at_one(&law, &[], 1.0, damping);
         let [cycle] = slip_cycles(&oscillator, 1e-13).unwrap()[..] else { panic!("{speed}") };
         assert!(cycle.multiplier > 1e3, "{speed}: {cycle:?}");
         let phi = |u: f64| 0.5 + 0.5 * (-u / speed).exp();

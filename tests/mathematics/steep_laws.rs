@@ -2,11 +2,11 @@
 //! covers the truth, or not at all.
 
 use crate::reference;
-use crate::sample::{Random, Sampling};
+use crate::sample::{Random, Sampling, formula, returns};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{Engine, Verdict, decide};
-use slipmap::simulate::{CriticalDamping, Fate, critical_damping, flow};
+use slipmap::simulate::{CriticalDamping, critical_damping, flow};
 use slipmap::witness;
 
 /// The next largest x2 of the oscillator without friction's fall, x2'' + c x2' + x2 = 0, from the exit point
@@ -122,7 +122,7 @@ fn the_witness_confirms_both_sides_of_the_critical_damping_of_steep_laws() {
     let (mut confirmed, mut tried) = (0, 0);
     for vs in [0.1, 0.03, 1e-2, 1e-3, 1e-4, 1e-6] {
         let text = format!("0.58 + 0.42*exp(-(u/{vs})^2) + 0.01*u");
-        let squared = Law::Expression(Expression::new(&text, 1.0).unwrap());
+        let squared = formula(&text);
         for belt_speed in [0.3, 1.0] {
             let squared = squared.column(&squared.point(1.0, &[], belt_speed, 0.0).unwrap());
             for column in [column(belt_speed, 0.42, vs), squared] {
@@ -139,14 +139,10 @@ fn the_witness_confirms_both_sides_of_the_critical_damping_of_steep_laws() {
 /// At how many of the two dampings twice the error from c* the witness tells the fate; it is the one that c* promises.
 fn confirmations(column: &Column, found: CriticalDamping) -> usize {
     let mut told = 0;
-    for (off, returns) in [(-2.0, true), (2.0, false)] {
+    for (off, promised) in [(-2.0, true), (2.0, false)] {
         let oscillator = Oscillator::in_column(column, found.c + off * found.error);
-        let says = match witness::flow(&oscillator, 1e-13).fate {
-            Fate::Sticks(_) | Fate::CrossesForever => Some(true),
-            Fate::SpiralsInward => Some(false),
-            Fate::TooCloseToCall | Fate::Failed(_) => None,
-        };
-        assert!(says.is_none_or(|says| says == returns), "{off}: {found:?} {column:?}");
+        let says = returns(&witness::flow(&oscillator, 1e-13).fate);
+        assert!(says.is_none_or(|says| says == promised), "{off}: {found:?} {column:?}");
         told += usize::from(says.is_some());
     }
     told
@@ -234,7 +230,7 @@ fn verdicts_of_steep_laws_agree_with_their_critical_damping() {
 /// A random law that falls by `drop` within `width`, at rest or apart from it.
 fn narrow(random: &mut Random, drop: f64, width: f64) -> Column {
     let (rest, exponent) = (1.0 - drop, random.log(1.0, 25.0));
-    let formula = |text: String| (Law::Expression(Expression::new(&text, 1.0).unwrap()), vec![]);
+    let formula = |text: String| (formula(&text), vec![]);
     let (law, values) = match (5.0 * random.unit()) as usize {
         0 => (Law::Stretched, vec![rest, width, 0.0, exponent]),
         1 => (Law::Lorentzian, vec![rest, width, 0.0]),
@@ -266,17 +262,13 @@ fn no_engine_passes_over_a_narrow_fall() {
             wrong.push(format!("{column:?}: {found:?} {limit}"));
         }
         let off = if found.is_ok() { 0.01 } else { 0.5 };
-        for (share, returns) in [(0.3, true), (1.0 - off, true), (1.0 + off, false)] {
+        for (share, promised) in [(0.3, true), (1.0 - off, true), (1.0 + off, false)] {
             let oscillator = Oscillator::in_column(&column, share * critical);
             let fates = [flow(&oscillator, 1e-9).fate, witness::flow(&oscillator, 1e-11).fate];
             for (engine, fate) in fates.into_iter().enumerate() {
-                let says = match fate {
-                    Fate::Sticks(_) | Fate::CrossesForever => Some(true),
-                    Fate::SpiralsInward => Some(false),
-                    Fate::TooCloseToCall | Fate::Failed(_) => None,
-                };
+                let says = returns(&fate);
                 told[engine + 1] += usize::from(says.is_some());
-                if says.is_some_and(|says| says != returns) {
+                if says.is_some_and(|says| says != promised) {
                     wrong.push(format!("{column:?}: {share} {engine} {fate:?}"));
                 }
             }

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 use slipmap::config::StudySettings;
 use slipmap::friction::Law;
 use slipmap::map::{Grid, Verdict};
@@ -214,7 +214,7 @@ fn peers_are_taken_from_the_newest_file_about_the_same_cells() {
     assert_eq!(added[0].near, Some(Labels { cells: 20, wrong: 1, none: 0 }));
     std::fs::write(folder.path().join("peers-2026-01-04.csv"), "a,b\n1,2\n").unwrap();
     let error = add_peers(&mut study, folder.path()).unwrap_err().to_string();
-    assert!(error.contains("peers-2026-01-04.csv") && error.contains("no column `peer`"), "{error}");
+    error.says(&["peers-2026-01-04.csv", "no column `peer`"]);
 }
 
 #[test]
@@ -223,29 +223,18 @@ fn the_command_writes_everything_or_nothing() {
     let config = "[grid]\nepsilon = 0.05\nalpha = 0.3\nbeta = 0.1\ngamma = [1, 3]\nV = 1.0\nc = [0, 2]\n\
                   [work_precision]\ncells = 4\nseconds = 1e-6\n";
     scratch.file("study.toml", config);
-    let run = scratch.run(&["work-precision", "study.toml"]).ends_with(0);
+    let run = scratch.run("work-precision study.toml").ends_with(0);
     assert_eq!(run.out.trim(), "results/study/work-precision.csv");
-    assert!(run.err.contains("no peers"), "{}", run.err);
+    run.err.says(&["no peers"]);
     let table = scratch.read("results/study/work-precision.csv");
-    for name in ["perturbation", "critical_surface", "return_map", "direct", "smoothed", "event_step"] {
-        assert!(table.contains(name), "{name}");
-    }
-    scratch.run(&["work-precision", "study.toml"]).refuses(&["results/study exists already", "--overwrite"]);
+    table.says(&["perturbation", "critical_surface", "return_map", "direct", "smoothed", "event_step"]);
+    scratch.run("work-precision study.toml").refuses(&["results/study exists already", "--overwrite"]);
     scratch
-        .run(&["work-precision", "study.toml", "--out", "x", "--set", "work_precision.near=0"])
+        .run("work-precision study.toml --out x --set work_precision.near=0")
         .refuses(&["near", "greater than 0"]);
     assert_eq!(scratch.names(), ["results", "study.toml"]);
     // One cell outside the domain of the reference, so that nothing can be measured.
     scratch
-        .run(&[
-            "work-precision",
-            "study.toml",
-            "--out",
-            "x",
-            "--set",
-            "grid.epsilon=10",
-            "--set",
-            "grid.c=[2,3]",
-        ])
+        .run("work-precision study.toml --out x --set grid.epsilon=10 --set grid.c=[2,3]")
         .refuses(&["no reference"]);
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 use serde_json::Value;
 use slipmap::map::Method;
 
@@ -23,11 +23,8 @@ fn reproduce(scratch: &Scratch, classes: &[Row]) {
     let mut answers: BTreeMap<&str, Value> = BTreeMap::new();
     for class in classes {
         let line = class["probe"].as_str();
-        let answer = answers.entry(line).or_insert_with(|| {
-            let arguments = line.strip_prefix("slipmap ").unwrap().split(' ').chain(["--json"]);
-            let run = scratch.run(&arguments.collect::<Vec<_>>()).ends_with(0);
-            serde_json::from_str(&run.out).unwrap()
-        });
+        let answer =
+            answers.entry(line).or_insert_with(|| scratch.json(line.strip_prefix("slipmap ").unwrap()));
         has_failure(class, answer);
     }
 }
@@ -127,17 +124,17 @@ run = [\"perturbation\", \"symmetric\", \"simulation\", \"event_step\"]
 fn a_catalogue_is_made_and_its_lines_hold() {
     let scratch = Scratch::new();
     scratch.file("small.toml", SMALL);
-    let printed = scratch.run(&["failures", "small.toml"]).ends_with(0);
+    let printed = scratch.run("failures small.toml").ends_with(0);
     assert_eq!(printed.err, "", "no progress bar without a terminal");
     assert_eq!(scratch.names(), ["small.toml"]);
-    let run = scratch.run(&["failures", "small.toml", "--out", "made", "--threads", "1"]).ends_with(0);
+    let run = scratch.run("failures small.toml --out made --threads 1").ends_with(0);
     assert_eq!(run.out, "made/failures.md\n");
     // The page is the same for any number of threads, except for the line with the command.
     let rest = |text: &str| {
         text.lines().filter(|line| !line.starts_with("Made by")).map(str::to_owned).collect::<Vec<_>>()
     };
     assert_eq!(rest(&scratch.read("made/failures.md")), rest(&printed.out));
-    assert!(printed.out.contains("Made by `slipmap failures small.toml`."), "{}", printed.out);
+    printed.out.says(&["Made by `slipmap failures small.toml`."]);
     let classes = rows(&scratch.path().join("made/classes.csv"));
     assert!(classes.len() >= 4, "{classes:?}");
     // Each distance in c has its error beside it.
@@ -154,10 +151,10 @@ fn a_catalogue_is_made_and_its_lines_hold() {
     reproduce(&scratch, &classes);
     // An earlier catalogue is kept unless it may be replaced, and that is checked before the computation.
     scratch
-        .run(&["failures", "small.toml", "--out", "made"])
+        .run("failures small.toml --out made")
         .refuses(&["made/failures.md exists already", "--overwrite"]);
-    scratch.run(&["failures", "small.toml", "--out", "made", "--overwrite"]).ends_with(0);
-    scratch.run(&["failures", "nowhere.toml"]).refuses(&["nowhere.toml", "help: "]);
+    scratch.run("failures small.toml --out made --overwrite").ends_with(0);
+    scratch.run("failures nowhere.toml").refuses(&["nowhere.toml", "help: "]);
     let (long, wide) =
         ("grid.c={ from = 0, to = 1, points = 1000000 }", "grid.V={ from = 1, to = 2, points = 20 }");
     scratch

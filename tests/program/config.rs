@@ -29,20 +29,14 @@ compression = 4
 
 /// Replaces the line that begins with `key`.
 fn with(key: &str, line: &str) -> String {
-    let mut replaced = 0;
-    let lines: Vec<&str> = LEGAL
-        .lines()
-        .map(|old| {
-            if old.starts_with(key) {
-                replaced += 1;
-                line
-            } else {
-                old
-            }
-        })
-        .collect();
-    assert_eq!(replaced, 1, "{key}");
-    lines.join("\n") + "\n"
+    let old: Vec<&str> = LEGAL.lines().filter(|old| old.starts_with(key)).collect();
+    assert_eq!(old.len(), 1, "{key}");
+    LEGAL.replacen(&format!("{}\n", old[0]), &format!("{line}\n"), 1)
+}
+
+/// The configuration with this line in place of that of its key.
+fn line(line: &str) -> String {
+    with(&line[..line.find('=').unwrap() + 1], line)
 }
 
 /// Runs the configuration and checks the refusal and that the folder is unchanged.
@@ -50,8 +44,14 @@ fn with(key: &str, line: &str) -> String {
 fn refused(text: impl AsRef<[u8]>, parts: &[&str]) {
     let scratch = Scratch::new();
     scratch.file("bad.toml", text);
-    scratch.run(&["run", "bad.toml"]).refuses(parts).refuses(&["help: "]);
+    scratch.run("run bad.toml").refuses(parts).refuses(&["help: "]);
     assert_eq!(scratch.names(), ["bad.toml"], "something was written");
+}
+
+/// Checks the refusal of this line in place of that of its key, at this place of the file.
+#[track_caller]
+fn wrong(text: &str, place: &str, parts: &[&str]) {
+    refused(line(text), &[&[format!("bad.toml:{place}").as_str()], parts].concat());
 }
 
 /// Checks the refusal of an override of a legal configuration.
@@ -70,175 +70,132 @@ fn override_refused(set: &str, parts: &[&str]) {
 fn missing_axes_and_sections() {
     refused(with("beta", ""), &["bad.toml:4:", "`beta` is missing from [grid]", ":\n    beta = 1.0\n"]);
     refused("title = \"x\"\n", &["bad.toml:1:1", "`epsilon` is missing from [grid]"]);
-    refused("", &["bad.toml:1:1", "`epsilon` is missing from [grid]"]);
 }
 
 #[test]
 fn unknown_keys_name_the_nearest() {
-    refused(
-        with("alpha", "alfa = 0.5"),
-        &["bad.toml:6:1", "unknown key `alfa` in [grid]", "nearest valid key is `alpha`"],
-    );
-    refused(
-        with("title", "titel = \"x\""),
-        &["bad.toml:1:1", "unknown key `titel`", "nearest valid key is `title`"],
-    );
-    refused(
-        with("tolerance", "tolerence = 1e-9"),
-        &["bad.toml:15:1", "`tolerence` in [simulation]", "`tolerance`"],
-    );
-    refused(
-        with("[audit]", "[audits]"),
-        &["bad.toml:16:", "unknown key `audits`", "nearest valid key is `audit`"],
-    );
+    for (key, line, place, unknown) in [
+        ("alpha", "alfa = 0.5", "bad.toml:6:1", "unknown key `alfa` in [grid]"),
+        ("title", "titel = \"x\"", "bad.toml:1:1", "unknown key `titel`"),
+        ("tolerance", "tolerence = 1e-9", "bad.toml:15:1", "unknown key `tolerence` in [simulation]"),
+        ("[audit]", "[audits]", "bad.toml:16:", "unknown key `audits`"),
+    ] {
+        let nearest = format!("nearest valid key is `{}`", key.trim_matches(['[', ']']));
+        refused(with(key, line), &[place, unknown, &nearest]);
+    }
     refused(with("cells", "tolerance = 1e-9"), &["bad.toml:17:1", "`tolerance` belongs in [simulation]"]);
     refused(with("cells", "title = \"x\""), &["bad.toml:17:1", "belongs at the top of the file"]);
-    refused(
-        with("gamma", "gamma = { from = 1.0, to = 2.0, point = 3 }"),
-        &["bad.toml:8:33", "unknown key `point` in grid.gamma", "nearest valid key is `points`"],
+    wrong(
+        "gamma = { from = 1.0, to = 2.0, point = 3 }",
+        "8:33",
+        &["unknown key `point` in grid.gamma", "nearest valid key is `points`"],
     );
 }
 
 #[test]
 fn the_remedy_is_what_to_write() {
-    let by_step = "gamma = { from = 1.0, to = 2.0, step = 0.25 }";
-    refused(
-        with("gamma", by_step),
-        &["bad.toml:8:33", "unknown key `step` in grid.gamma", "{ from = 1, to = 2, points = 5 }"],
+    wrong(
+        "gamma = { from = 1.0, to = 2.0, step = 0.25 }",
+        "8:33",
+        &["unknown key `step` in grid.gamma", "{ from = 1, to = 2, points = 5 }"],
     );
-    refused(with("gamma", "gamma = { step = 0.25 }"), &["`step` in grid.gamma", "points = 11 }"]);
-    let quoted = "alpha = \"0.5\"";
-    refused(with("alpha", quoted), &["grid.alpha = \"0.5\"", "this is text", "without quotes: 0.5"]);
-    let comma = "alpha = \"0,5\"";
-    refused(with("alpha", comma), &["grid.alpha = \"0,5\"", "write decimals with a point: 0.5"]);
-    refused(with("alpha", "alpha = 0.5 kg # of sand"), &["bad.toml:6:", "write the number alone", ": 0.5\n"]);
-    refused(with("alpha", "alpha = .5"), &["bad.toml:6:", "write 0.5\n"]);
+    refused(line("gamma = { step = 0.25 }"), &["`step` in grid.gamma", "points = 11 }"]);
+    refused(line("alpha = \"0.5\""), &["grid.alpha = \"0.5\"", "this is text", "without quotes: 0.5"]);
+    refused(line("alpha = \"0,5\""), &["grid.alpha = \"0,5\"", "write decimals with a point: 0.5"]);
+    wrong("alpha = 0.5 kg # of sand", "6:", &["write the number alone", ": 0.5\n"]);
+    wrong("alpha = .5", "6:", &["write 0.5\n"]);
     // The value without the comment behind it.
-    refused(with("alpha", "alpha = -0.5 # a comment"), &["grid.alpha = -0.5: "]);
+    refused(line("alpha = -0.5 # a comment"), &["grid.alpha = -0.5: "]);
 }
 
 #[test]
 fn wrong_types() {
-    refused(
-        with("alpha", "alpha = \"0.5\""),
-        &["bad.toml:6:9", "grid.alpha = \"0.5\"", "this is text", "a list of numbers"],
+    wrong("alpha = \"0.5\"", "6:9", &["grid.alpha = \"0.5\"", "this is text", "a list of numbers"]);
+    wrong("alpha = [0.0, true]", "6:15", &["grid.alpha[1] = true", "a truth value, not a number"]);
+    wrong(
+        "gamma = { from = 1, to = 2, points = 3.5 }",
+        "8:38",
+        &["grid.gamma.points = 3.5", "not a whole number"],
     );
-    refused(
-        with("alpha", "alpha = [0.0, true]"),
-        &["bad.toml:6:15", "grid.alpha[1] = true", "a truth value, not a number"],
+    wrong(
+        "gamma = { from = \"a\", to = 2, points = 3 }",
+        "8:18",
+        &["grid.gamma.from = \"a\"", "not a number"],
     );
-    refused(
-        with("gamma", "gamma = { from = 1, to = 2, points = 3.5 }"),
-        &["bad.toml:8:38", "grid.gamma.points = 3.5", "not a whole number"],
-    );
-    refused(
-        with("gamma", "gamma = { from = \"a\", to = 2, points = 3 }"),
-        &["bad.toml:8:18", "grid.gamma.from = \"a\"", "not a number"],
-    );
-    refused(
-        with("gamma", "gamma = { from = 1, to = 2 }"),
-        &["bad.toml:8:9", "`points` is missing from grid.gamma"],
-    );
-    refused(with("title", "title = 3"), &["bad.toml:1:9", "title = 3", "not text"]);
-    refused(with("engine", "engine = 3"), &["bad.toml:14:10", "simulation.engine = 3", "not text"]);
-    refused(with("run", "run = \"simulation\""), &["bad.toml:12:7", "methods.run", "not a list of methods"]);
-    refused(with("cells", "cells = 2.5"), &["bad.toml:17:9", "audit.cells = 2.5", "not a whole number"]);
+    wrong("gamma = { from = 1, to = 2 }", "8:9", &["`points` is missing from grid.gamma"]);
+    wrong("title = 3", "1:9", &["title = 3", "not text"]);
+    wrong("engine = 3", "14:10", &["simulation.engine = 3", "not text"]);
+    wrong("run = \"simulation\"", "12:7", &["methods.run", "not a list of methods"]);
+    wrong("cells = 2.5", "17:9", &["audit.cells = 2.5", "not a whole number"]);
     refused("grid = 3\n", &["bad.toml:1:8", "grid = 3", "not a table"]);
     refused("[[grid]]\nalpha = 1\n", &["bad.toml:1:1", "grid", "a list of tables, not a table"]);
 }
 
 #[test]
 fn bad_axes() {
-    refused(with("alpha", "alpha = []"), &["bad.toml:6:9", "grid.alpha = []", "no values"]);
-    refused(
-        with("alpha", "alpha = [0.5, 0.2]"),
-        &["bad.toml:6:15", "grid.alpha[1] = 0.2", "0.2 follows 0.5", "sort"],
+    wrong("alpha = []", "6:9", &["grid.alpha = []", "no values"]);
+    wrong("alpha = [0.5, 0.2]", "6:15", &["grid.alpha[1] = 0.2", "0.2 follows 0.5", "sort"]);
+    wrong("alpha = [0.2, 0.5, 0.5]", "6:20", &["grid.alpha[2] = 0.5", "appears twice"]);
+    wrong("gamma = { from = 2.0, to = 1.0, points = 3 }", "8:9", &["backwards, from 2 to 1", "swap"]);
+    wrong("gamma = { from = 2.0, to = 2.0, points = 3 }", "8:", &["3 points between 2 and 2"]);
+    wrong("gamma = { from = 1.0, to = 2.0, points = 1 }", "8:42", &["one point cannot be both ends"]);
+    wrong("gamma = { from = 1.0, to = 2.0, points = 0 }", "8:42", &["must be from 1 to"]);
+    wrong("gamma = { from = 1.0, to = 2.0, points = 1000000000000 }", "8:42", &["must be from 1 to"]);
+    wrong("gamma = { from = 1.0, to = 1.0000000000000004, points = 9 }", "8:", &["too close"]);
+    wrong(
+        "gamma = { from = 0, to = 2, points = 3, spacing = \"log\" }",
+        "8:18",
+        &["grid.gamma.from = 0", "logarithmic"],
     );
-    refused(
-        with("alpha", "alpha = [0.2, 0.5, 0.5]"),
-        &["bad.toml:6:20", "grid.alpha[2] = 0.5", "appears twice"],
+    wrong(
+        "gamma = { from = 1, to = 2, points = 3, spacing = \"logarithmic\" }",
+        "8:51",
+        &["unknown spacing", "nearest valid spacing is `log`"],
     );
-    refused(
-        with("gamma", "gamma = { from = 2.0, to = 1.0, points = 3 }"),
-        &["bad.toml:8:9", "backwards, from 2 to 1", "swap"],
-    );
-    refused(
-        with("gamma", "gamma = { from = 2.0, to = 2.0, points = 3 }"),
-        &["bad.toml:8:", "3 points between 2 and 2"],
-    );
-    refused(
-        with("gamma", "gamma = { from = 1.0, to = 2.0, points = 1 }"),
-        &["bad.toml:8:42", "one point cannot be both ends"],
-    );
-    refused(
-        with("gamma", "gamma = { from = 1.0, to = 2.0, points = 0 }"),
-        &["bad.toml:8:42", "must be from 1 to"],
-    );
-    refused(
-        with("gamma", "gamma = { from = 1.0, to = 2.0, points = 1000000000000 }"),
-        &["bad.toml:8:42", "must be from 1 to"],
-    );
-    refused(
-        with("gamma", "gamma = { from = 1.0, to = 1.0000000000000004, points = 9 }"),
-        &["bad.toml:8:", "too close"],
-    );
-    refused(
-        with("gamma", "gamma = { from = 0, to = 2, points = 3, spacing = \"log\" }"),
-        &["bad.toml:8:18", "grid.gamma.from = 0", "logarithmic"],
-    );
-    refused(
-        with("gamma", "gamma = { from = 1, to = 2, points = 3, spacing = \"logarithmic\" }"),
-        &["bad.toml:8:51", "unknown spacing", "nearest valid spacing is `log`"],
-    );
-    refused(
-        with("gamma", "gamma = { from = 1, to = inf, points = 3 }"),
-        &["bad.toml:8:26", "grid.gamma.to = inf", "finite"],
-    );
+    wrong("gamma = { from = 1, to = inf, points = 3 }", "8:26", &["grid.gamma.to = inf", "finite"]);
 }
 
 #[test]
 fn values_outside_their_domains() {
     let cases = [
-        ("epsilon", "epsilon = 0", "bad.toml:5:11", "greater than 0"),
-        ("epsilon", "epsilon = -0.1", "bad.toml:5:11", "greater than 0"),
-        ("alpha", "alpha = [0.5, 1.5]", "bad.toml:6:15", "between 0 and 1"),
-        ("alpha", "alpha = -0.5", "bad.toml:6:9", "between 0 and 1"),
-        ("beta", "beta = -1", "bad.toml:7:8", "at least 0"),
-        ("gamma", "gamma = -1", "bad.toml:8:9", "at least 0"),
-        ("V", "V = 0", "bad.toml:9:5", "greater than 0"),
-        ("V", "V = -1", "bad.toml:9:5", "greater than 0"),
-        ("V", "V = [nan, 1.0]", "bad.toml:9:6", "finite"),
-        ("c = {", "c = -0.5", "bad.toml:10:5", "at least 0"),
-        ("c = {", "c = inf", "bad.toml:10:5", "finite"),
-        ("c = {", "c = 1e400", "bad.toml:10:5", "overflow"),
-        ("tolerance", "tolerance = 1e-15", "bad.toml:15:13", "from 1e-14 to 1e-2"),
-        ("tolerance", "tolerance = 0.1", "bad.toml:15:13", "from 1e-14 to 1e-2"),
-        ("tolerance", "tolerance = nan", "bad.toml:15:13", "from 1e-14 to 1e-2"),
-        ("cells", "cells = -1", "bad.toml:17:9", "from 0 to 10000000"),
-        ("compression", "compression = 10", "bad.toml:21:15", "from 0 to 9"),
-        ("compression", "compression = -1", "bad.toml:21:15", "from 0 to 9"),
+        ("epsilon = 0", "5:11", "greater than 0"),
+        ("epsilon = -0.1", "5:11", "greater than 0"),
+        ("alpha = [0.5, 1.5]", "6:15", "between 0 and 1"),
+        ("alpha = -0.5", "6:9", "between 0 and 1"),
+        ("beta = -1", "7:8", "at least 0"),
+        ("gamma = -1", "8:9", "at least 0"),
+        ("V = 0", "9:5", "greater than 0"),
+        ("V = -1", "9:5", "greater than 0"),
+        ("V = [nan, 1.0]", "9:6", "finite"),
+        ("c = -0.5", "10:5", "at least 0"),
+        ("c = inf", "10:5", "finite"),
+        ("c = 1e400", "10:5", "overflow"),
+        ("tolerance = 1e-15", "15:13", "from 1e-14 to 1e-2"),
+        ("tolerance = 0.1", "15:13", "from 1e-14 to 1e-2"),
+        ("tolerance = nan", "15:13", "from 1e-14 to 1e-2"),
+        ("cells = -1", "17:9", "from 0 to 10000000"),
+        ("compression = 10", "21:15", "from 0 to 9"),
+        ("compression = -1", "21:15", "from 0 to 9"),
     ];
-    for (key, line, place, wanted) in cases {
-        refused(with(key, line), &[place, wanted]);
+    for (text, place, wanted) in cases {
+        wrong(text, place, &[wanted]);
     }
 }
 
 #[test]
 fn unknown_names() {
-    refused(
-        with("run", "run = [\"simulation\", \"pertubation\"]"),
-        &["bad.toml:12:22", "\"pertubation\"", "nearest valid method is `perturbation`", "harmonic_balance"],
+    wrong(
+        "run = [\"simulation\", \"pertubation\"]",
+        "12:22",
+        &["\"pertubation\"", "nearest valid method is `perturbation`", "harmonic_balance"],
     );
+    wrong("engine = \"returnmap\"", "14:10", &["nearest valid engine is `return_map`"]);
+    wrong("fields = [\"margins\"]", "20:11", &["nearest valid field is `margin`"]);
+    wrong("law = \"stribek\"", "3:7", &["law", "`stribeck`"]);
+    wrong("run = []", "12:7", &["no method"]);
+    wrong("run = [\"simulation\", \"simulation\"]", "12:22", &["twice"]);
     refused(
-        with("engine", "engine = \"returnmap\""),
-        &["bad.toml:14:10", "nearest valid engine is `return_map`"],
-    );
-    refused(with("fields", "fields = [\"margins\"]"), &["bad.toml:20:11", "nearest valid field is `margin`"]);
-    refused(with("law", "law = \"stribek\""), &["bad.toml:3:7", "law", "`stribeck`"]);
-    refused(with("run", "run = []"), &["bad.toml:12:7", "no method"]);
-    refused(with("run", "run = [\"simulation\", \"simulation\"]"), &["bad.toml:12:22", "twice"]);
-    refused(
-        with("run", "run = [\"perturbation\"]").replace("\"verdict\"", "\"regime\""),
+        line("run = [\"perturbation\"]").replace("\"verdict\"", "\"regime\""),
         &["bad.toml:20:10", "`regime` comes from the method `simulation`"],
     );
 }
@@ -249,8 +206,8 @@ fn unreadable_files() {
     refused("[grid]\nc = 1\nc = 2\n", &["bad.toml:3:1", "not valid TOML", "duplicate"]);
     refused(b"# h\xc3\xa9\ntitle = \"\xff\"\n", &["bad.toml:2:10", "not UTF-8"]);
     let scratch = Scratch::new();
-    scratch.run(&["run", "none.toml"]).refuses(&["none.toml: there is no such file", "help: "]);
-    scratch.run(&["run", "."]).refuses(&[".: this is a folder", "help: "]);
+    scratch.run("run none.toml").refuses(&["none.toml: there is no such file", "help: "]);
+    scratch.run("run .").refuses(&[".: this is a folder", "help: "]);
     assert!(scratch.names().is_empty());
 }
 
@@ -271,7 +228,7 @@ fn bad_overrides() {
 #[test]
 fn an_override_of_one_key_leaves_the_blame_for_others_in_the_file() {
     let scratch = Scratch::new();
-    scratch.file("bad.toml", with("beta", "beta = -1"));
+    scratch.file("bad.toml", line("beta = -1"));
     let sets = ["run", "bad.toml", "--set", "grid.V=2", "--set", "grid.gamma.points=4"];
     scratch.run(&sets).refuses(&["bad.toml:7:8", "grid.beta = -1"]);
 }
@@ -279,26 +236,23 @@ fn an_override_of_one_key_leaves_the_blame_for_others_in_the_file() {
 #[test]
 fn overrides_rescue_a_bad_file() {
     let scratch = Scratch::new();
-    scratch.file("bad.toml", with("beta", "beta = -1"));
-    scratch.run(&["run", "bad.toml", "--dry-run", "--set", "grid.beta=0.25"]).ends_with(0);
+    scratch.file("bad.toml", line("beta = -1"));
+    scratch.run("run bad.toml --dry-run --set grid.beta=0.25").ends_with(0);
 }
 
 #[test]
 fn outputs_that_cannot_be_written() {
-    refused(with("path", "path = \"\""), &["bad.toml:19:8", "empty"]);
-    refused(with("path", "path = \"..\""), &["bad.toml:19:8", "names no file"]);
-    refused(with("path", "path = \"a\\u0000b\""), &["bad.toml:19:8", "control characters"]);
-    refused(with("title", "title = \"two\\nlines\""), &["bad.toml:1:9", "control characters"]);
-    refused(with("path", "path = \"folder/\""), &["bad.toml:19:8", "names no file"]);
-    refused(with("path", "path = \"bad.toml\""), &["output.path bad.toml: this is what is read"]);
-    refused(
-        with("path", "path = \"bad.toml/map.h5\""),
-        &["bad.toml/map.h5: cannot write into the folder bad.toml"],
-    );
+    wrong("path = \"\"", "19:8", &["empty"]);
+    wrong("path = \"..\"", "19:8", &["names no file"]);
+    wrong("path = \"a\\u0000b\"", "19:8", &["control characters"]);
+    wrong("title = \"two\\nlines\"", "1:9", &["control characters"]);
+    wrong("path = \"folder/\"", "19:8", &["names no file"]);
+    refused(line("path = \"bad.toml\""), &["output.path bad.toml: this is what is read"]);
+    refused(line("path = \"bad.toml/map.h5\""), &["bad.toml/map.h5: cannot write into the folder bad.toml"]);
     let scratch = Scratch::new();
-    scratch.file("legal.toml", with("path", "path = \"sub\""));
+    scratch.file("legal.toml", line("path = \"sub\""));
     std::fs::create_dir(scratch.path().join("sub")).unwrap();
-    scratch.run(&["run", "legal.toml"]).refuses(&["legal.toml:19:8", "this is a folder"]);
+    scratch.run("run legal.toml").refuses(&["legal.toml:19:8", "this is a folder"]);
 }
 
 #[test]

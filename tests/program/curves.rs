@@ -7,7 +7,7 @@ use slipmap::map::{Plane, PlaneCurves};
 use slipmap::simulate::bifurcation::Bifurcation;
 use slipmap::store::MapFile;
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 use crate::hostile::damaged_copy;
 
 /// Two planes: one with every kind of curve that the law has, and one with none.
@@ -41,14 +41,10 @@ fn scratch() -> Scratch {
 #[test]
 fn stored_curves_are_those_of_their_planes_and_are_drawn() {
     let scratch = scratch();
-    let run = scratch.run(&["run", "job.toml"]).ends_with(0);
-    assert!(run.out.contains("curves over V and c at epsilon = 1, alpha = 0, gamma = 0.1: "), "{}", run.out);
-    assert!(
-        run.out.contains("curves over c and gamma at epsilon = 0.5, alpha = 1, V = 30: none"),
-        "{}",
-        run.out
-    );
-    scratch.run(&["check", "map.h5"]).ends_with(0);
+    let run = scratch.run("run job.toml").ends_with(0);
+    run.out.says(&["curves over V and c at epsilon = 1, alpha = 0, gamma = 0.1: "]);
+    run.out.says(&["curves over c and gamma at epsilon = 0.5, alpha = 1, V = 30: none"]);
+    scratch.run("check map.h5").ends_with(0);
 
     // Bit for bit the curves that the library computes, for any number of threads.
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
@@ -91,7 +87,7 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
     assert_eq!(quiet, "");
     assert_eq!(scratch.read("asked.csv").lines().count(), 1 + map.curves()[0].points());
 
-    scratch.run(&["report", "map.h5"]).ends_with(0);
+    scratch.run("report map.h5").ends_with(0);
     assert!(scratch.read("map-report/figures/curves-V-c.svg").contains(">landing"));
     assert!(!scratch.read("map-report/figures/curves-c-gamma.svg").contains(">landing"));
 }
@@ -121,8 +117,8 @@ fn changed_curves_are_refused() {
     ];
     for (part, damage) in cases {
         damaged_copy(&scratch, damage);
-        let run = scratch.run(&["check", "map.h5"]).ends_with(1);
+        let run = scratch.run("check map.h5").ends_with(1);
         assert!(run.out.contains(part), "no `{part}` in {}", run.out);
-        scratch.run(&["report", "map.h5"]).refuses(&["map.h5", part]);
+        scratch.run("report map.h5").refuses(&["map.h5", part]);
     }
 }

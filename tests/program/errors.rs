@@ -7,39 +7,14 @@ use serde_json::Value;
 use slipmap::map::Verdict;
 use slipmap::store::MapFile;
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 
 /// eps c* of friction that drops by j as slip begins, for V/j = 2, and what vs = 1e-4 and 1e-9 may add.
 const OF_DROP: f64 = 0.035_876_191_808_776;
 const ADDS: [(f64, f64); 2] = [(1e-4, 3.6e-4), (1e-9, 1e-8)];
 
 /// A law so steep that no engine follows an orbit through its fall, at V = 0.2 and j = 0.1.
-const TOO_STEEP: [&str; 14] = [
-    "probe",
-    "--law",
-    "exponential",
-    "--epsilon",
-    "1",
-    "--mu",
-    "0.9",
-    "--vs",
-    "1e-100",
-    "--eta",
-    "0",
-    "--V",
-    "0.2",
-    "--c=0.03",
-];
-
-fn steep(vs: &str) -> [&str; 14] {
-    let mut point = TOO_STEEP;
-    (point[6], point[8], point[12]) = ("0.5", vs, "1");
-    point
-}
-
-fn json(scratch: &Scratch, arguments: &[&str]) -> Value {
-    serde_json::from_str(&scratch.run(&[arguments, &["--json"]].concat()).ends_with(0).out).unwrap()
-}
+const TOO_STEEP: &str = "probe --law exponential --epsilon 1 --mu 0.9 --vs 1e-100 --eta 0 --V 0.2 --c 0.03";
 
 /// The first number of "0.0358 +- 3.6e-6", and the error.
 fn told(text: &str) -> [f64; 2] {
@@ -56,8 +31,8 @@ fn a_map_has_the_errors_of_its_critical_dampings() {
                [methods]\nrun = [\"symmetric\", \"simulation\"]\n\
                [output]\npath = \"map.h5\"\nfields = [\"verdict\", \"critical_c\"]\n";
     scratch.file("job.toml", job);
-    let run = scratch.run(&["run", "job.toml", "--quiet"]).ends_with(1).out;
-    assert!(run.contains("withheld in 1 of 3 columns, since its error is more than 1 % of it"), "{run}");
+    let run = scratch.run("run job.toml --quiet").ends_with(1).out;
+    run.says(&["withheld in 1 of 3 columns, since its error is more than 1 % of it"]);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let cells = [0..1, 0..1, 0..3, 0..1, 0..1, 0..2];
     let all = &cells[..5];
@@ -92,12 +67,13 @@ fn a_map_has_the_errors_of_its_critical_dampings() {
 fn a_point_has_the_error_of_its_critical_damping() {
     let scratch = Scratch::new();
     for (vs, adds) in ADDS {
-        let point = steep(if vs == 1e-9 { "1e-9" } else { "1e-4" });
+        let point =
+            format!("probe --law exponential --epsilon 1 --mu 0.5 --vs {vs:e} --eta 0 --V 1 --c 0.03");
         let text = scratch.run(&point).ends_with(0).out;
         let line = text.lines().find(|line| line.contains("c* = ")).unwrap();
         let [value, error] = told(line);
         assert!(value - error <= OF_DROP + adds && value + error >= OF_DROP, "{line}");
-        let found = &json(&scratch, &point);
+        let found = &scratch.json(&point);
         let [exact, whole] = ["value", "error"].map(|key| found["critical_c"][key].as_f64().unwrap());
         // The text has no digits beyond the error, and its error holds for the digits that it has.
         assert!((value - exact).abs() + whole <= error && error <= 1.2 * whole, "{line} {found}");
@@ -106,9 +82,9 @@ fn a_point_has_the_error_of_its_critical_damping() {
         assert_eq!(found["methods"]["symmetric"]["critical_c_error"], Value::Null);
     }
 
-    let text = scratch.run(&TOO_STEEP).ends_with(0).out;
+    let text = scratch.run(TOO_STEEP).ends_with(0).out;
     assert!(text.contains("not told: it is known to no better than ") && !text.contains("c* = "), "{text}");
-    let found = &json(&scratch, &TOO_STEEP)["critical_c"];
+    let found = &scratch.json(TOO_STEEP)["critical_c"];
     assert_eq!(found["value"], Value::Null, "{found}");
     assert!(found["error"].as_f64().unwrap() > 0.01 * OF_DROP, "{found}");
     assert!(found["reason"].as_str().unwrap().ends_with("which is more than 1 % of it"), "{found}");
@@ -118,9 +94,8 @@ fn a_point_has_the_error_of_its_critical_damping() {
 fn a_table_of_points_has_the_errors_of_its_critical_dampings() {
     let scratch = Scratch::new();
     scratch.file("points.csv", "mu,vs,V\n0.5,1e-9,1\n0.9,1e-100,0.2\n");
-    let shared = ["--law", "exponential", "--epsilon", "1", "--eta", "0", "--c", "0.03"];
-    let table = ["probe", "--points", "points.csv", "--out", "answers.csv", "--quiet"];
-    scratch.run(&[&table[..], &shared].concat()).ends_with(0);
+    let shared = "--law exponential --epsilon 1 --eta 0 --c 0.03";
+    scratch.run(&format!("probe --points points.csv --out answers.csv --quiet {shared}")).ends_with(0);
     let text = scratch.read("answers.csv");
     let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let header = rows.next().unwrap();
@@ -147,18 +122,18 @@ fn a_machine_has_the_errors_of_its_limits() {
     scratch.file("steep.toml", machine(0.2, 1e-9));
     scratch.file("too_steep.toml", machine(0.2, 1e-100));
 
-    let found = json(&scratch, &["machine", "steep.toml"]);
+    let found = scratch.json("machine steep.toml");
     let number = |key: &str| found[key].as_f64().unwrap();
     let (value, error) =
         (number("may_stick_slip_below_damping"), number("may_stick_slip_below_damping_error"));
     assert!((value - OF_DROP).abs() <= error + 5.0 * ADDS[1].1, "{value} {error}");
-    let text = scratch.run(&["probe", "--machine", "steep.toml"]).ends_with(0).out;
+    let text = scratch.run("probe --machine steep.toml").ends_with(0).out;
     let [shown, shown_error] = told(text.lines().find(|line| line.contains("critical damping ")).unwrap());
     assert!(
         (shown - value).abs() <= shown_error && (shown - OF_DROP).abs() <= shown_error + 5.0 * ADDS[1].1,
         "{text}"
     );
-    let probed = &json(&scratch, &["probe", "--machine", "steep.toml"])["machine"];
+    let probed = &scratch.json("probe --machine steep.toml")["machine"];
     assert_eq!([&probed["critical_damping"], &probed["critical_damping_error"]], [value, error]);
     // Stick-slip below V = lambda(zeta) j, by the closed form of the drop at zeta = 0.01.
     let limit = &found["limits"]["may_stick_slip_below_belt_speed"];
@@ -177,7 +152,7 @@ fn a_machine_has_the_errors_of_its_limits() {
     }
 
     // Speeds at which the flow is not decided are no speeds at which it may stick-slip.
-    let found = json(&scratch, &["machine", "too_steep.toml"]);
+    let found = scratch.json("machine too_steep.toml");
     let limit = &found["limits"]["may_stick_slip_below_belt_speed"];
     let least = match limit["status"].as_str().unwrap() {
         "between" => limit["value"][0].as_f64(),
@@ -190,15 +165,15 @@ fn a_machine_has_the_errors_of_its_limits() {
     assert!(found["may_stick_slip_below_damping_error"].as_f64().unwrap() > 0.01 * OF_DROP, "{found}");
     assert_eq!(found["limits"]["may_stick_slip_below_damping"]["status"], "not_determined");
     let reason = found["limits"]["may_stick_slip_below_damping"]["reason"].as_str().unwrap();
-    let text = scratch.run(&["probe", "--machine", "too_steep.toml"]).ends_with(0).out;
+    let text = scratch.run("probe --machine too_steep.toml").ends_with(0).out;
     let line = text.lines().find(|line| line.trim_start().starts_with("critical damping  ")).unwrap();
     assert!(line.contains(" not told: its error, "), "{text}");
-    let page = scratch.run(&["machine", "too_steep.toml"]).ends_with(0).out;
+    let page = scratch.run("machine too_steep.toml").ends_with(0).out;
     assert!(
         page.contains(&format!("not determined: {reason}")) && reason.ends_with(" is more than 1 % of it"),
         "{page}"
     );
-    assert!(page.contains("no critical damping is known next to it"), "{page}");
+    page.says(&["no critical damping is known next to it"]);
 }
 
 /// The page prints digits that are known, in its headline too, and withholds sensitivities that are not.
@@ -206,12 +181,12 @@ fn a_machine_has_the_errors_of_its_limits() {
 fn the_page_of_a_machine_has_no_digits_that_are_not_known() {
     let scratch = Scratch::new();
     scratch.file("steep.toml", machine(0.2, 1e-9));
-    let page = scratch.run(&["machine", "steep.toml"]).ends_with(0).out;
+    let page = scratch.run("machine steep.toml").ends_with(0).out;
     let headline = page.lines().nth(1).unwrap();
-    assert!(headline.contains("; more than 0.035") && headline.contains(" ends stick-slip"), "{headline}");
+    headline.says(&["; more than 0.035", " ends stick-slip"]);
     let line = page.lines().find(|line| line.contains("may stick-slip below damping")).unwrap();
     assert!(line.contains(" ± ") || line.contains("numerical error"), "{line}");
-    for of in json(&scratch, &["machine", "steep.toml"])["sensitivities"].as_array().unwrap() {
+    for of in scratch.json("machine steep.toml")["sensitivities"].as_array().unwrap() {
         let error = of["critical_damping_error"].as_f64().unwrap();
         let is_told = of["critical_damping"].is_f64();
         assert_eq!(
@@ -222,7 +197,7 @@ fn the_page_of_a_machine_has_no_digits_that_are_not_known() {
     }
     // Where it is known to more digits than are printed, they are printed alone.
     scratch.file("mild.toml", machine(0.2, 0.05));
-    let page = scratch.run(&["machine", "mild.toml"]).ends_with(0).out;
+    let page = scratch.run("machine mild.toml").ends_with(0).out;
     assert!(!page.lines().nth(1).unwrap().contains(" ± "), "{page}");
     assert!(!page.contains("not known: its error"), "{page}");
 }

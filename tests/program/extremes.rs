@@ -1,7 +1,7 @@
 //! Legal input at the ends of the range of numbers: every command ends with an answer or a reason, and never
 //! in a panic. `scripts/study extremes` tries a thousand random configurations.
 
-use std::process::{Child, Stdio};
+use std::process::Child;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -11,7 +11,7 @@ use slipmap::map::{self, Account, Contradiction, Contradictions, Control, Queue,
 use slipmap::store::{Existing, MapFile, PackedTile, PartialMap, Provenance, StoreError};
 use slipmap_numbers::random::Random;
 
-use crate::command::{Run, Scratch};
+use crate::command::{Run, Says, Scratch, signal};
 
 /// A few cells, with one axis changed.
 fn config(axis: &str, nodes: &str) -> String {
@@ -44,12 +44,12 @@ fn ended(run: Run) -> Run {
 fn whole_way(axis: &str, nodes: &str) {
     let scratch = Scratch::new();
     scratch.file("map.toml", config(axis, nodes));
-    let run = ended(scratch.run(&["run", "map.toml", "--quiet"]));
+    let run = ended(scratch.run("run map.toml --quiet"));
     if run.code == 2 {
         return;
     }
-    scratch.run(&["check", "map.h5"]).ends_with(0);
-    ended(scratch.run(&["report", "map.h5", "--out", "report", "--quiet"]));
+    scratch.run("check map.h5").ends_with(0);
+    ended(scratch.run("report map.h5 --out report --quiet"));
     let other = if axis == "c" { "V" } else { "c" };
     let axes = ["--x", axis, "--y", other, "--out"];
     ended(scratch.run(&[&["plot", "map.h5", "--variable", "regime"], &axes[..], &["b.svg"]].concat()));
@@ -73,11 +73,11 @@ fn maps_at_the_ends_of_the_axes_are_drawn() {
 #[test]
 fn a_slow_belt_has_an_answer_with_the_reason_of_unknown_limits() {
     let scratch = Scratch::new();
-    let fixed = ["probe", "--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2"];
+    let fixed = "probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2";
     for (speed, damping) in [("1e-8", "0.5"), ("1e-8", "1e8")] {
-        let run = scratch.run(&[&fixed[..], &["--V", speed, "--c", damping]].concat()).ends_with(0);
-        let json = [&fixed[..], &["--V", speed, "--c", damping, "--json"]].concat();
-        let answer: Value = serde_json::from_str(&scratch.run(&json).ends_with(0).out).unwrap();
+        let point = format!("{fixed} --V {speed} --c {damping}");
+        let run = scratch.run(&point).ends_with(0);
+        let answer = scratch.json(&point);
         let methods = answer["methods"].as_object().unwrap();
         // Theorems decide these points, and the simulation agrees.
         let said = |name: &str| methods[name]["verdict"].as_str().unwrap().to_owned();
@@ -111,13 +111,12 @@ fn a_message_says_how_far_data_should_reach_for_an_orbit() {
     let rows: String =
         (0..=15).map(|i| 0.1 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 - 0.3 * u)).collect();
     scratch.file("short.csv", format!("u,phi\n{rows}"));
-    let point = ["--epsilon", "1", "--V", "0.75", "--c", "0"];
-    let run = scratch.run(&[&["probe", "--table", "short.csv"], &point[..]].concat()).ends_with(0);
-    assert!(run.out.contains("which end at slip speed 1.5: it needs them up to about"), "{}", run.out);
+    let point = "probe --table short.csv --epsilon 1 --V 0.75 --c 0";
+    let run = scratch.run(point).ends_with(0);
+    run.out.says(&["which end at slip speed 1.5: it needs them up to about"]);
     assert!(!run.out.contains("finite numbers"), "naive methods leave the data too: {}", run.out);
     // Without a simulation no limit in eps exists.
-    let json = scratch.run(&[&["probe", "--table", "short.csv", "--json"], &point[..]].concat()).ends_with(0);
-    let answer: Value = serde_json::from_str(&json.out).unwrap();
+    let answer = scratch.json(point);
     assert_eq!(answer["methods"]["simulation"]["epsilon_limit"], Value::Null, "{answer}");
 }
 
@@ -125,17 +124,17 @@ fn a_message_says_how_far_data_should_reach_for_an_orbit() {
 fn messages_name_the_intended_key() {
     let scratch = Scratch::new();
     scratch.file("map.toml", config("c", "[0.0, 1.0]"));
-    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
-    scratch.run(&["run", "map.h5"]).refuses(&["map.h5", "this is a map, not a configuration file"]);
+    scratch.run("run map.toml --quiet").ends_with(0);
+    scratch.run("run map.h5").refuses(&["map.h5", "this is a map, not a configuration file"]);
     scratch.file("eps.toml", config("c", "[0.0, 1.0]").replace("epsilon", "eps"));
-    scratch.run(&["run", "eps.toml"]).refuses(&["nearest valid key is `epsilon`"]);
+    scratch.run("run eps.toml").refuses(&["nearest valid key is `epsilon`"]);
     scratch.file("wide.toml", "\u{feff}x".encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>());
-    scratch.run(&["run", "wide.toml"]).refuses(&["UTF-16", "save it as UTF-8"]);
+    scratch.run("run wide.toml").refuses(&["UTF-16", "save it as UTF-8"]);
     let formula = ["probe", "--phi", "1 - 0.1*x", "--epsilon", "1", "--V", "1", "--c", "0"];
     scratch.run(&formula).refuses(&["--set x", "the slip speed is called u"]);
     let point = ["--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2", "--c", "0.5"];
     scratch.run(&[&["probe", "--v", "1"], &point[..]].concat()).ends_with(0);
-    scratch.run(&["probe", "--machine", "map.toml"]).refuses(&["map.toml", "`machine` is missing"]);
+    scratch.run("probe --machine map.toml").refuses(&["map.toml", "`machine` is missing"]);
     scratch.file("there.svg", "");
     let figure = [&["probe", "--V", "1", "--figure", "there.svg"], &point[..]].concat();
     scratch.run(&figure).refuses(&["--figure there.svg exists already", "--overwrite"]);
@@ -172,17 +171,15 @@ fn the_first_signal_ends_a_command_that_waits_for_a_pipe() {
         &["check", "--proof", "pipe.json"],
     ];
     for arguments in commands {
-        let mut command = scratch.command(arguments);
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = scratch.start(arguments);
         wait_until_listening(&child);
         if child.try_wait().unwrap().is_none() {
-            let sent = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
-            assert!(sent.unwrap().success());
-            let run = Run::of(child.wait_with_output().unwrap()).ends_with(143);
+            signal(&child, "-TERM");
+            let run = Run::after(child).ends_with(143);
             assert!(run.err.contains("interrupted; nothing was written"), "{arguments:?}: {}", run.err);
         } else {
             // An immediate refusal is accepted, too.
-            Run::of(child.wait_with_output().unwrap()).refuses(&["pipe"]);
+            Run::after(child).refuses(&["pipe"]);
         }
     }
     assert_eq!(scratch.names(), ["pipe.csv", "pipe.h5", "pipe.json", "pipe.toml"]);
@@ -192,11 +189,7 @@ fn the_first_signal_ends_a_command_that_waits_for_a_pipe() {
 fn absurd_numbers_of_threads_are_refused() {
     let scratch = Scratch::new();
     scratch.file("map.toml", config("c", "[0.0, 1.0]"));
-    scratch.run(&["run", "map.toml", "--threads", "65535"]).refuses(&[
-        "--threads",
-        "65535",
-        "from 1 to 4096",
-    ]);
+    scratch.run("run map.toml --threads 65535").refuses(&["--threads", "65535", "from 1 to 4096"]);
     assert_eq!(scratch.names(), ["map.toml"]);
 }
 
@@ -242,11 +235,11 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
     map::compute_tiles(&job.plan, &sink, &Control::default(), &|| queue.take()).unwrap();
     drop(map);
 
-    let run = scratch.run(&["run", "map.toml", "--resume"]).ends_with(1);
-    assert!(run.out.contains("3 cells in which methods with a guarantee contradict"), "{}", run.out);
-    assert!(run.out.contains("present by symmetric; absent by simulation: slipmap probe"), "{}", run.out);
+    let run = scratch.run("run map.toml --resume").ends_with(1);
+    run.out.says(&["3 cells in which methods with a guarantee contradict"]);
+    run.out.says(&["present by symmetric; absent by simulation: slipmap probe"]);
     assert_eq!(MapFile::open(&path).unwrap().number("contradicted_cells"), Some(3.0));
-    let report = ended(scratch.run(&["report", "map.h5", "--out", "report", "--quiet"]));
+    let report = ended(scratch.run("report map.h5 --out report --quiet"));
     assert_eq!(report.code, 0);
     let failures = std::fs::read_to_string(scratch.path().join("report/tables/failures.csv")).unwrap();
     assert!(
@@ -282,9 +275,9 @@ fn random_legal_configurations_end_with_an_answer_or_a_reason() {
         }
         let scratch = Scratch::new();
         scratch.file("map.toml", text + "[audit]\ncells = 2\n[output]\npath = \"map.h5\"\n");
-        let run = ended(scratch.run(&["run", "map.toml", "--quiet"]));
+        let run = ended(scratch.run("run map.toml --quiet"));
         if run.code < 2 {
-            scratch.run(&["check", "map.h5"]).ends_with(0);
+            scratch.run("check map.h5").ends_with(0);
         }
     }
 }

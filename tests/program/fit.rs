@@ -1,7 +1,6 @@
 //! Laws fitted to measured friction, and what a machine makes of them, through the real binary.
 
-use crate::command::{Scratch, random};
-use serde_json::Value;
+use crate::command::{Says, Scratch, random};
 
 /// The critical dampings, in N s/m, at 0.06 and 0.2 m/s of the law below, on 0.4 kg and 3e5 N/m.
 const CRITICAL: [(&str, f64); 2] = [("belt_speed=0.06", 3012.0), ("belt_speed=0.2", 439.3)];
@@ -12,10 +11,6 @@ fn force(v: f64) -> f64 {
 }
 
 const MACHINE: &str = "[machine]\nmass = 0.4\nstiffness = 3e5\nbelt_speed = 0.2\ndamping = 500\n";
-
-fn json(scratch: &Scratch, arguments: &[&str]) -> Value {
-    serde_json::from_str(&scratch.run(arguments).ends_with(0).out).unwrap()
-}
 
 /// A normal number, up to its fourth moment by 1 %.
 fn normal(state: &mut u64) -> f64 {
@@ -35,7 +30,7 @@ fn a_fit_carries_its_errors_to_the_page() {
         })
         .collect();
     scratch.file("rig.csv", format!("Rig 7\nv [mm/s];F [kN]\n{rows}"));
-    let fit = json(&scratch, &["fit", "rig.csv", "--out", "law.toml", "--figure", "fit.svg", "--json"]);
+    let fit = scratch.json("fit rig.csv --out law.toml --figure fit.svg");
     assert_eq!(fit["fit"]["law"], "exponential, viscous", "{fit}");
     let (values, errors) = (&fit["fit"]["values"], &fit["fit"]["standard_errors"]);
     for (i, expected) in [1200.0, 700.0, 0.05, 20.0].into_iter().enumerate() {
@@ -52,7 +47,7 @@ fn a_fit_carries_its_errors_to_the_page() {
     let line = probed.lines().find(|line| line.ends_with(" N s/m by the covariance of the fit")).unwrap();
     let numbers: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
     within(0, numbers[0], numbers[1]);
-    let page = json(&scratch, &["machine", "rig.toml", "--set", CRITICAL[1].0, "--draws", "100", "--json"]);
+    let page = scratch.json(&["machine", "rig.toml", "--set", CRITICAL[1].0, "--draws", "100"]);
     let of = |key: &str| page[key].as_f64().unwrap_or_else(|| panic!("{key}: {page}"));
     let error = of("may_stick_slip_below_damping_standard_error");
     within(1, of("may_stick_slip_below_damping"), error);
@@ -61,31 +56,31 @@ fn a_fit_carries_its_errors_to_the_page() {
     assert_eq!(page["risk"]["critical_damping_standard_error"].as_f64(), Some(error));
     // Within two errors of the critical damping probe leaves open what the page does.
     let near = ["rig.toml", "--set", CRITICAL[1].0, "--set", "damping=440"];
-    let page = json(&scratch, &[&["machine"], &near[..], &["--draws", "100", "--json"]].concat());
+    let page = scratch.json(&[&["machine"], &near[..], &["--draws", "100"]].concat());
     let open = &page["regimes_left_open_by_data"];
     assert!(open.as_array().is_some_and(|regimes| regimes.len() > 1), "{page}");
     let probe = [&["probe", "--machine"], &near[..]].concat();
-    let probed = json(&scratch, &[&probe[..], &["--json"]].concat());
+    let probed = scratch.json(&probe);
     assert_eq!(&probed["machine"]["regimes_left_open_by_data"], open);
     let told = scratch.run(&probe).ends_with(0).out;
-    assert!(told.contains(" by the fit, whose errors leave it open; possible as well: "), "{told}");
+    told.says(&[" by the fit, whose errors leave it open; possible as well: "]);
     // A value of its own takes the place of the fitted one.
     let own = ["probe", "--machine", "rig.toml", "--set", "F_k=650"];
     assert!(scratch.run(&own).ends_with(0).out.contains("F_k = 650 "));
     let law = scratch.read("law.toml");
     scratch.file("bad.toml", format!("{MACHINE}{}", law.replace("covariance = [", "covariance = [[1.0],")));
-    scratch.run(&["machine", "bad.toml"]).refuses(&["bad.toml:", "no covariance of 4 parameters"]);
+    scratch.run("machine bad.toml").refuses(&["bad.toml:", "no covariance of 4 parameters"]);
     scratch.file("bad.toml", format!("{MACHINE}{}", law.replace("v_s = ", "v_x = ")));
-    scratch.run(&["machine", "bad.toml"]).refuses(&["bad.toml:", "v_x"]);
+    scratch.run("machine bad.toml").refuses(&["bad.toml:", "v_x"]);
     // A law that there is not is refused before any file is read.
-    scratch.run(&["fit", "none.csv", "--law", "cubic"]).refuses(&["there is no such law", "lorentzian"]);
+    scratch.run("fit none.csv --law cubic").refuses(&["there is no such law", "lorentzian"]);
     // The machine that `slipmap init` writes, with the fit in place of its coefficients.
-    scratch.run(&["init", "machine"]).ends_with(0);
-    scratch.run(&["fit", "rig.csv", "--machine", "machine.toml", "--out", "fitted.toml"]).ends_with(0);
+    scratch.run("init machine").ends_with(0);
+    scratch.run("fit rig.csv --machine machine.toml --out fitted.toml").ends_with(0);
     let fitted = scratch.read("fitted.toml");
     assert!(fitted.contains("mass = 2.0                # kg") && fitted.ends_with(&law), "{fitted}");
-    scratch.run(&["probe", "--machine", "fitted.toml"]).ends_with(0);
-    scratch.run(&["fit", "rig.csv", "--out", "law.toml"]).refuses(&["law.toml", "--overwrite"]);
+    scratch.run("probe --machine fitted.toml").ends_with(0);
+    scratch.run("fit rig.csv --out law.toml").refuses(&["law.toml", "--overwrite"]);
 }
 
 /// Rows every 0.1 m/s, twice the speed over which friction falls: what the curve between them could be is part of
@@ -97,12 +92,11 @@ fn rows_far_apart_leave_the_curve_open() {
     scratch.file("even.csv", format!("v [m/s],F [N],se [N]\n{rows}"));
     scratch.file("even.toml", format!("{MACHINE}[friction]\nlaw = \"table\"\nfile = \"even.csv\"\n"));
     let (speed, expected) = CRITICAL[0];
-    let asked = ["machine", "even.toml", "--set", speed, "--draws", "100", "--json", "--out", "page.html"];
-    let page = json(&scratch, &asked);
+    let page = scratch.json(&format!("machine even.toml --set {speed} --draws 100 --out page.html"));
     let of = |key: &str| page[key].as_f64().unwrap();
     let (value, error) =
         (of("may_stick_slip_below_damping"), of("may_stick_slip_below_damping_standard_error"));
     assert!((value - expected).abs() < 2.0 * error, "{value} {error}");
     let words = scratch.read("page.html");
-    assert!(words.contains("measure between") && words.contains("0 and 0.1 m/s"), "{words}");
+    words.says(&["measure between", "0 and 0.1 m/s"]);
 }

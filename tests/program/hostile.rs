@@ -7,7 +7,7 @@ use std::os::unix::ffi::OsStringExt as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::command::{PROBE, Run, Scratch};
+use crate::command::{PROBE, Run, Says, Scratch};
 use crate::map_equal::assert_same;
 use hdf5::types::VarLenUnicode;
 use hdf5::{File, Location};
@@ -36,7 +36,7 @@ const MEMORY_LIMIT: &str = "4000000";
 pub fn scratch() -> Scratch {
     let scratch = Scratch::new();
     scratch.file("job.toml", JOB);
-    scratch.run(&["run", "job.toml"]).ends_with(0);
+    scratch.run("run job.toml").ends_with(0);
     fs::rename(scratch.path().join("map.h5"), scratch.path().join("good.h5")).unwrap();
     scratch
 }
@@ -293,7 +293,7 @@ fn a_limit_on_file_sizes_is_an_error_and_costs_nothing() {
         assert!(run.err.contains("help: ") || run.err.contains("to continue: "), "{}", run.err);
     }
     assert_eq!(scratch.names(), ["good.h5", "in.csv", "job.toml", "map.h5.part"]);
-    scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+    scratch.run("run job.toml --resume").ends_with(0);
     assert_same(&scratch.path().join("map.h5"), &scratch.path().join("good.h5"));
     // Where not even one tile fits, nothing is left that could be continued, and no word says so.
     fs::remove_file(scratch.path().join("map.h5")).unwrap();
@@ -313,11 +313,7 @@ fn data_that_standard_output_does_not_take_are_not_lost_without_a_word() {
     let cases: [&[&str]; 4] = [&PROBE, &json, &["--help"], &["completions", "bash"]];
     for arguments in &cases {
         let run = limited(&scratch, "true", arguments, ">/dev/full").ends_with(1);
-        assert!(
-            run.err.contains("cannot write to standard output") && run.err.contains("help: "),
-            "{}",
-            run.err
-        );
+        run.err.says(&["cannot write to standard output", "help: "]);
         // Nobody reads: the exit code tells that data are lost, and no message is needed.
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
@@ -335,7 +331,7 @@ fn cells_of_tables_are_no_formulas() {
         "in.csv",
         format!("{name},epsilon,alpha,beta,gamma,c,V\n{name},0.1,0.3,0.1,2,+0.5,1\n=1,0.1,0.3,0.1,2,-0,1\n"),
     );
-    let run = scratch.run(&["probe", "--points", "in.csv", "--out", "-"]).ends_with(0);
+    let run = scratch.run("probe --points in.csv --out -").ends_with(0);
     let lines: Vec<&str> = run.out.lines().collect();
     assert!(lines[0].starts_with(&format!("'{name},epsilon,")), "{}", lines[0]);
     assert!(lines[1].starts_with(&format!("'{name},0.1,0.3,0.1,2,+0.5,1,")), "{}", lines[1]);
@@ -489,10 +485,10 @@ fn tables_of_points_may_be_anything() {
 fn replaced_files_are_announced_and_others_are_kept() {
     let scratch = scratch();
     fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
-    let run = scratch.run(&["run", "job.toml", "--overwrite", "--dry-run"]).ends_with(0);
-    assert!(run.out.contains("replaces") && run.out.contains("map.h5 ("), "{}", run.out);
-    let run = scratch.run(&["run", "job.toml", "--overwrite"]).ends_with(0);
-    assert!(run.err.contains("note: map.h5 (") && run.err.contains("will be replaced"), "{}", run.err);
+    let run = scratch.run("run job.toml --overwrite --dry-run").ends_with(0);
+    run.out.says(&["replaces", "map.h5 ("]);
+    let run = scratch.run("run job.toml --overwrite").ends_with(0);
+    run.err.says(&["note: map.h5 (", "will be replaced"]);
     // A link is replaced itself; a folder, a device and the configuration never are.
     std::os::unix::fs::symlink("good.h5", scratch.path().join("link.h5")).unwrap();
     let good = fs::read(scratch.path().join("good.h5")).unwrap();
@@ -500,7 +496,7 @@ fn replaced_files_are_announced_and_others_are_kept() {
         scratch.run(&["run", "job.toml", "--overwrite", "--set", &format!("output.path=\"{path}\"")])
     };
     let run = to("link.h5").ends_with(0);
-    assert!(run.err.contains("the link link.h5 will be replaced"), "{}", run.err);
+    run.err.says(&["the link link.h5 will be replaced"]);
     assert!(fs::read(scratch.path().join("good.h5")).unwrap() == good);
     fs::create_dir(scratch.path().join("folder.h5")).unwrap();
     to("folder.h5").refuses(&["folder.h5", "this is a folder"]);

@@ -23,7 +23,7 @@ fn a_plane_of_two_long_axes_is_thinned() {
              [output]\npath = \"map.h5\"\n"
         ),
     );
-    scratch.run(&["run", "job.toml"]).ends_with(0);
+    scratch.run("run job.toml").ends_with(0);
     let plot = |x: &str, y: &str, out: &str| {
         let mut command = Command::new("sh");
         command.args(["-c", "ulimit -v \"$0\"; exec \"$@\"", MEMORY_LIMIT, env!("CARGO_BIN_EXE_slipmap")]);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 use serde_json::Value;
 use slipmap::friction::Law;
 use slipmap::machine::{Dimension, Machine, Motion, Units};
@@ -30,8 +30,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
     ] {
         let scratch = Scratch::new();
         scratch.file("machine.toml", example(name));
-        scratch.run(&["run", "machine.toml", "--set", "output.path=map.h5"]).ends_with(0);
-        scratch.run(&["check", "map.h5"]).ends_with(0);
+        scratch.run("run machine.toml --set output.path=map.h5").ends_with(0);
+        scratch.run("check map.h5").ends_with(0);
         let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
         assert_eq!(map.grid().shape(), [speeds, dampings], "{name}");
 
@@ -51,11 +51,10 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         // It stick-slips at its lowest speed under the damping of its description; the critical damping and
         // speed end that, in the units of the file.
         let speed = axis("belt_speed").get("from").unwrap().as_float().unwrap();
-        let probe = |speed: f64, damping: &str| -> Value {
-            let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
-            let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping, "--json"];
-            serde_json::from_str(&scratch.run(&run).ends_with(0).out).unwrap()
+        let at = |speed: f64, damping: &str| {
+            format!("probe --machine machine.toml --set belt_speed={speed:?} --set damping={damping}")
         };
+        let probe = |speed: f64, damping: &str| scratch.json(&at(speed, damping));
         let number = |answer: &Value, key: &str| answer["machine"][key].as_f64().unwrap();
         let answer = probe(speed, damping);
         close(
@@ -80,28 +79,14 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         assert!(travel > 0.0 && travel <= 2.0 * number(&answer, "amplitude"), "{name}: {answer}");
 
         // Curves of the map's plane, with the points written beside the figure.
-        let plot = [
-            "plot",
-            "map.h5",
-            "--x",
-            "belt_speed",
-            "--y",
-            "damping",
-            "--variable",
-            "regime",
-            "--curves",
-            "--out",
-            "p.svg",
-        ];
-        scratch.run(&plot).ends_with(0);
+        let plot = "plot map.h5 --x belt_speed --y damping --variable regime --curves --out p.svg";
+        scratch.run(plot).ends_with(0);
         let figure = scratch.read("p.svg");
-        for words in [
+        figure.says(&[
             "grazing",
             &format!("{}, {}", motion.words("belt_speed"), motion.unit(Dimension::Velocity)),
             &format!("damping, {}", motion.unit(Dimension::Damping)),
-        ] {
-            assert!(figure.contains(words), "{name}: no {words}");
-        }
+        ]);
         let mut met = 0;
         for row in rows(&scratch.read("p.csv")).iter().filter(|row| row["curve"] == "grazing_sliding") {
             let number = |key: &str| row[key].parse::<f64>().unwrap();
@@ -116,16 +101,12 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         }
         assert!(met > 20, "{name}: {met}");
         std::fs::remove_file(scratch.path().join("p.svg")).unwrap();
-        scratch.run(&plot).refuses(&["p.csv", "--overwrite"]);
+        scratch.run(plot).refuses(&["p.csv", "--overwrite"]);
 
         // The text output has the same numbers.
-        let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
-        let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping];
-        let text = scratch.run(&run).ends_with(0).out;
+        let text = scratch.run(&at(speed, damping)).ends_with(0).out;
         let speed = if motion == Motion::Rotation { "critical rotary speed" } else { "critical belt speed" };
-        for part in ["in SI units", speed, motion.unit(Dimension::Damping), "Hz", "amplitude"] {
-            assert!(text.contains(part), "{part} is not in\n{text}");
-        }
+        text.says(&["in SI units", speed, motion.unit(Dimension::Damping), "Hz", "amplitude"]);
     }
 }
 
@@ -173,11 +154,10 @@ fn a_report_has_a_table_in_si_units() {
     let scratch = Scratch::new();
     scratch.file("machine.toml", example("brake_pad"));
     // Few cells: drawing dominates the time.
-    let small = ["--set", "machine.belt_speed=[0.05, 0.1, 0.4]", "--set", "machine.damping=[0.0, 20.0]"];
-    let run: Vec<&str> =
-        ["run", "machine.toml", "--set", "output.path=map.h5"].iter().chain(&small).copied().collect();
+    let small = "--set machine.belt_speed=[0.05,0.1,0.4] --set machine.damping=[0.0,20.0]";
+    let run = format!("run machine.toml --set output.path=map.h5 {small}");
     scratch.run(&run).ends_with(0);
-    scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+    scratch.run("report map.h5 --out report").ends_with(0);
     let table = rows(&scratch.read("report/tables/machine.csv"));
     let speeds: Vec<f64> = table.iter().map(|row| row["belt_speed [m/s]"].parse().unwrap()).collect();
     assert_eq!(speeds.len(), 3);
@@ -185,9 +165,8 @@ fn a_report_has_a_table_in_si_units() {
         close(*speed, wanted, 4.0 * f64::EPSILON);
     }
     // The machine of the report is the one at the middle damping, the larger of two; the other is undamped.
-    let probe =
-        ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.1", "--set", "damping=20", "--json"];
-    let answer: Value = serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap();
+    let probe = "probe --machine machine.toml --set belt_speed=0.1 --set damping=20";
+    let answer = scratch.json(probe);
     for (key, unit) in [
         ("critical_damping", " [N s/m]"),
         ("critical_damping_ratio", ""),
@@ -200,21 +179,19 @@ fn a_report_has_a_table_in_si_units() {
         close(shown, answer["machine"][key].as_f64().unwrap(), 1e-6);
     }
     let failures = scratch.read("report/tables/failures.csv");
-    assert!(failures.contains("cells whose regime is not determined,0"), "{failures}");
+    failures.says(&["cells whose regime is not determined,0"]);
     let words = scratch.read("report/report.html");
-    assert!(words.contains("What the machine does at damping 20 N s/m, in SI units"), "{words}");
+    words.says(&["What the machine does at damping 20 N s/m, in SI units"]);
     assert!(
         words.contains("<dt>amplitude</dt>") && words.contains(" at belt speed 0.1 m/s and damping 20 N s/m")
     );
     // Where the mass varies, the machine of the report is that of its figures, and named.
-    let masses =
-        ["--overwrite", "--set", "machine.mass=[1.0, 4.0]", "--set", "machine.belt_speed=[0.1, 0.2]"];
-    scratch.run(&[&run[..], &masses[..]].concat()).ends_with(0);
-    scratch.run(&["report", "map.h5", "--out", "report", "--overwrite"]).ends_with(0);
+    let masses = "--overwrite --set machine.mass=[1.0,4.0] --set machine.belt_speed=[0.1,0.2]";
+    scratch.run(&format!("{run} {masses}")).ends_with(0);
+    scratch.run("report map.h5 --out report --overwrite").ends_with(0);
     let words = scratch.read("report/report.html");
-    assert!(words.contains("What the machine does at damping 20 N s/m, mass = 1 kg"), "{words}");
-    let answer = scratch.run(&[&probe[..], &["--set", "mass=1"]].concat()).ends_with(0).out;
-    let answer: Value = serde_json::from_str(&answer).unwrap();
+    words.says(&["What the machine does at damping 20 N s/m, mass = 1 kg"]);
+    let answer = scratch.json(&format!("{probe} --set mass=1"));
     let frequency = answer["machine"]["natural_frequency"].as_f64().unwrap();
     assert!(
         words.contains(&format!("<dt>natural frequency</dt><dd>{frequency:.1} Hz")),
@@ -255,7 +232,7 @@ fn what_rotates_has_an_inertia() {
     scratch.file("both.toml", named.replace("\nmass = ", "\ninertia = 1\nmass = "));
     probe("both.toml", &[]).refuses(&["both.toml", "the same quantity"]);
     scratch.file("pad.toml", example("brake_pad").replace("\nmass = ", "\ninertia = "));
-    scratch.run(&["probe", "--machine", "pad.toml"]).refuses(&["pad.toml", "inertia", "motion", "rotation"]);
+    scratch.run("probe --machine pad.toml").refuses(&["pad.toml", "inertia", "motion", "rotation"]);
 }
 
 #[test]
@@ -267,7 +244,7 @@ fn bad_machines_are_refused_with_their_place() {
     let with = |from: &str, to: &str| {
         assert!(good.contains(from), "{from}");
         scratch.file("bad.toml", good.replace(from, to));
-        scratch.run(&["run", "bad.toml"])
+        scratch.run("run bad.toml")
     };
     with("mass = 2.0", "mass = -2.0").refuses(&["bad.toml:4:8", "mass must be greater than 0", "kg"]);
     with("mass = 2.0", "mass = \"2 m\"").refuses(&["bad.toml:4:8", "\"2 m\"", "no unit of mass"]);
@@ -291,10 +268,7 @@ fn bad_machines_are_refused_with_their_place() {
     ]);
 
     scratch.file("good.toml", good);
-    let probe = |more: &[&str]| {
-        let all: Vec<&str> = ["probe", "--machine", "good.toml"].iter().chain(more).copied().collect();
-        scratch.run(&all)
-    };
+    let probe = |more: &[&str]| scratch.run(&[&["probe", "--machine", "good.toml"], more].concat());
     probe(&[]).refuses(&["good.toml", "belt_speed has 2 values", "--set belt_speed=0.1"]);
     probe(&["--set", "belt_speed=-1"]).refuses(&["belt_speed", "-1", "greater than 0"]);
     probe(&["--set", "belt_speed=0.1", "--set", "mas=1"]).refuses(&["`mas`", "`mass`"]);
@@ -311,9 +285,9 @@ fn bad_machines_are_refused_with_their_place() {
     with("mass = 2.0", "mass = { value = 2.0 }").refuses(&["`sd` is missing", "sd = 0.1"]);
     with("mass = 2.0", "mass = { min = 3.0, max = 2.0 }")
         .refuses(&["bad.toml:4:8", "min must be at most max"]);
-    scratch.run(&["probe", "--machine", "none.toml"]).refuses(&["none.toml"]);
+    scratch.run("probe --machine none.toml").refuses(&["none.toml"]);
     scratch.file("grid.toml", "[grid]\nepsilon = 1.0\n");
-    scratch.run(&["probe", "--machine", "grid.toml"]).refuses(&["grid.toml", "[machine]"]);
+    scratch.run("probe --machine grid.toml").refuses(&["grid.toml", "[machine]"]);
     assert_eq!(scratch.names(), ["bad.toml", "good.toml", "grid.toml"]);
 }
 
@@ -323,13 +297,12 @@ fn two_machines_share_a_page() {
     let scratch = Scratch::new();
     scratch.file("before.toml", example("brake_pad"));
     scratch.file("after.toml", example("brake_pad").replace("mass = 2.0", "mass = 3.0"));
-    let set = ["--set", "belt_speed=0.2", "--set", "damping=180"];
-    let run = |more: &[&str]| scratch.run(&[&["machine"], more, &set].concat()).ends_with(0).out;
-    let json = |more: &[&str]| serde_json::from_str::<Value>(&run(more)).unwrap();
-    let both = json(&["before.toml", "after.toml", "--json"]);
-    assert_eq!(both, Value::from(vec![json(&["before.toml", "--json"]), json(&["after.toml", "--json"])]));
+    let machine = |more: &str| format!("machine {more} --set belt_speed=0.2 --set damping=180");
+    let json = |more: &str| scratch.json(&machine(more));
+    let both = json("before.toml after.toml");
+    assert_eq!(both, Value::from(vec![json("before.toml"), json("after.toml")]));
     assert_ne!(both[0], both[1]);
-    let text = run(&["before.toml", "after.toml", "--out", "both.html"]);
+    let text = scratch.run(&machine("before.toml after.toml --out both.html")).ends_with(0).out;
     let row = |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).unwrap().to_owned();
     assert!(row("mass").contains("2 kg") && row("mass").contains("3 kg"), "{text}");
     let digits = |at: usize| format!("{:.1}", both[at]["may_stick_slip_below_damping"].as_f64().unwrap());
@@ -352,16 +325,14 @@ fn a_page_assesses_a_machine() {
         let point = ["machine", "brake.toml", "--set", "belt_speed=0.2", "--set", "damping=180"];
         scratch.run(&[&point[..], more].concat())
     };
-    let answer: Value = serde_json::from_str(&run(&["--json"]).ends_with(0).out).unwrap();
+    let answer = run(&["--json"]).ends_with(0).json();
     let number = |key: &str| answer[key].as_f64().unwrap();
     assert_eq!(answer["regime"], "bistable");
     // Between the two thresholds of damping it depends on the initial state.
     assert!(
         number("always_stick_slips_below_damping") < 180.0 && 180.0 < number("may_stick_slip_below_damping")
     );
-    let probe =
-        ["probe", "--machine", "brake.toml", "--set", "belt_speed=0.2", "--set", "damping=180", "--json"];
-    let probed: Value = serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap();
+    let probed = scratch.json("probe --machine brake.toml --set belt_speed=0.2 --set damping=180");
     close(
         number("may_stick_slip_below_damping"),
         probed["machine"]["critical_damping"].as_f64().unwrap(),
@@ -377,7 +348,7 @@ fn a_page_assesses_a_machine() {
     assert_eq!(proved.unwrap()["verdict"], probed["methods"]["validated"]["verdict"]);
     assert_eq!(proved.unwrap()["verdict"], "present");
     let text = run(&["--out", "page.html"]).ends_with(0).out;
-    assert!(text.contains("present, proved by validated"), "{text}");
+    text.says(&["present, proved by validated"]);
     let parts = ["Limits", "may stick-slip below damping", "N s/m", "kick that starts it", "What is proved"];
     assert!(!text.contains("stribeck velocity") && text.matches("Stribeck velocity").count() == 2, "{text}");
     for part in parts {
@@ -403,20 +374,10 @@ fn a_page_assesses_a_machine() {
     let uncertain = example("brake_pad")
         .replace("normal_force = 1000.0", "normal_force = { value = 1000.0, sd = 200.0 }");
     scratch.file("uncertain.toml", uncertain);
-    let risk = [
-        "machine",
-        "uncertain.toml",
-        "--set",
-        "belt_speed=0.2",
-        "--set",
-        "damping=250",
-        "--draws",
-        "2000",
-        "--json",
-    ];
-    let words = scratch.run(&risk[..risk.len() - 1]).ends_with(0).out;
-    assert!(words.contains("for the nominal values. With their spreads it may stick-slip"), "{words}");
-    let answer: Value = serde_json::from_str(&scratch.run(&risk).ends_with(0).out).unwrap();
+    let risk = "machine uncertain.toml --set belt_speed=0.2 --set damping=250 --draws 2000";
+    let words = scratch.run(risk).ends_with(0).out;
+    words.says(&["for the nominal values. With their spreads it may stick-slip"]);
+    let answer = scratch.json(risk);
     let found = &answer["risk"]["probability"];
     let [low, high] = [0, 1].map(|i| found["limits_95"][i].as_f64().unwrap());
     let value = found["value"].as_f64().unwrap();
@@ -429,47 +390,20 @@ fn a_page_assesses_a_machine() {
 fn a_machine_is_plotted_in_its_units() {
     let scratch = Scratch::new();
     scratch.file("machine.toml", example("brake_pad"));
-    let small = [
-        "run",
-        "machine.toml",
-        "--set",
-        "output.path=map.h5",
-        "--set",
-        "machine.belt_speed=[0.05, 0.1, 0.2]",
-        "--set",
-        "machine.damping=[100.0]",
-        "--set",
-        "output.fields=['verdict', 'critical_damping', 'cycle', 'basin']",
-        "--set",
-        "curves.planes=[]",
-    ];
-    scratch.run(&small).ends_with(0);
+    let small = "--set machine.belt_speed=[0.05,0.1,0.2] --set machine.damping=[100.0]";
+    let fields = "--set output.fields=['verdict','critical_damping','cycle','basin'] --set curves.planes=[]";
+    scratch.run(&format!("run machine.toml --set output.path=map.h5 {small} {fields}")).ends_with(0);
     // One damping: a line over the speed instead of an area, with every unit named.
-    let plot = [
-        "plot",
-        "map.h5",
-        "--x",
-        "belt_speed",
-        "--y",
-        "damping",
-        "--variable",
-        "critical_damping_simulation",
-        "--out",
-        "a.svg",
-        "--data",
-        "a.csv",
-    ];
-    let run = scratch.run(&plot).ends_with(0);
-    assert!(run.err.contains("damping has one node"), "{}", run.err);
+    let plot = "plot map.h5 --x belt_speed --y damping --variable critical_damping_simulation";
+    let run = scratch.run(&format!("{plot} --out a.svg --data a.csv")).ends_with(0);
+    run.err.says(&["damping has one node"]);
     let figure = scratch.read("a.svg");
     assert!(figure.contains("belt speed, m/s") && figure.contains("simulation, N s/m"));
     let table = rows(&scratch.read("a.csv"));
     assert_eq!(table.len(), 3);
     for row in table {
-        let probe = ["probe", "--machine", "machine.toml", "--set", "damping=100", "--json", "--set"];
-        let speed = format!("belt_speed={}", row["belt_speed [m/s]"]);
-        let answer: Value =
-            serde_json::from_str(&scratch.run(&[&probe[..], &[&speed]].concat()).ends_with(0).out).unwrap();
+        let set = format!("--set belt_speed={}", row["belt_speed [m/s]"]);
+        let answer = scratch.json(&format!("probe --machine machine.toml --set damping=100 {set}"));
         close(
             row["critical_damping_simulation [N s/m]"].parse().unwrap(),
             answer["machine"]["critical_damping"].as_f64().unwrap(),
@@ -477,22 +411,8 @@ fn a_machine_is_plotted_in_its_units() {
         );
     }
     // The bifurcation diagram over any range, and an orbit, both in SI units.
-    let plot = [
-        "plot",
-        "map.h5",
-        "--x",
-        "damping",
-        "--range",
-        "50,300",
-        "--diagram",
-        "--at",
-        "belt_speed=0.2",
-        "--out",
-        "d.svg",
-        "--data",
-        "d.csv",
-    ];
-    scratch.run(&plot).ends_with(0);
+    let plot = "plot map.h5 --x damping --range 50,300 --diagram --at belt_speed=0.2";
+    scratch.run(&format!("{plot} --out d.svg --data d.csv")).ends_with(0);
     let branches = rows(&scratch.read("d.csv"));
     let kinds: std::collections::BTreeSet<_> =
         branches.iter().map(|row| (row["kind"].clone(), row["attracts"].clone())).collect();
@@ -508,13 +428,12 @@ fn a_machine_is_plotted_in_its_units() {
         let of = branches.iter().filter(|row| row["kind"] == kind);
         of.map(|row| row["damping [N s/m]"].parse::<f64>().unwrap()).fold(0.0, f64::max)
     };
-    let probe = ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.2", "--set", "damping=100"];
-    let answer: Value =
-        serde_json::from_str(&scratch.run(&[&probe[..], &["--json"]].concat()).ends_with(0).out).unwrap();
+    let probe = "probe --machine machine.toml --set belt_speed=0.2 --set damping=100";
+    let answer = scratch.json(probe);
     // Stick-slip ends at the critical damping, where the diagram located its end to a ten-millionth of a
     // step.
     close(reach("stick_slip_cycle"), answer["machine"]["critical_damping"].as_f64().unwrap(), 1e-6);
-    scratch.run(&[&probe[..], &["--orbit", "o.csv", "--duration", "0.05"]].concat()).ends_with(0);
+    scratch.run(&format!("{probe} --orbit o.csv --duration 0.05")).ends_with(0);
     let orbit = rows(&scratch.read("o.csv"));
     let last = |key: &str| orbit.last().unwrap()[key].parse::<f64>().unwrap();
     close(last("t [s]"), 0.05, 1e-15);
@@ -532,8 +451,8 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
                 [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n[methods]\nrun = [\"simulation\"]\n[output]\npath = \"pad.h5\"\n\
                 [curves]\nplanes = [{ x = \"belt_speed\", y = \"damping\" }]\n";
     scratch.file("pad.toml", text);
-    let run = scratch.run(&["run", "pad.toml"]);
-    assert!(run.out.contains("curves over belt_speed and damping"), "{}", run.out);
+    let run = scratch.run("run pad.toml");
+    run.out.says(&["curves over belt_speed and damping"]);
     let command =
         run.out.lines().find_map(|line| line.split_once("simulation: slipmap ")).map(|found| found.1);
     let command =
@@ -542,15 +461,15 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
         command.starts_with("probe --machine pad.toml --set damping=0 --set belt_speed=0.599"),
         "{command}"
     );
-    let answer = scratch.run(&command.split(' ').collect::<Vec<_>>()).out;
-    assert!(answer.contains("the orbit leaves the data"), "{answer}");
+    let answer = scratch.run(&command).out;
+    answer.says(&["the orbit leaves the data"]);
     // The command contains the values that the run overrode.
     let set = ["--set", "machine.normal_force=950", "--set", "output.path='set.h5'"];
     let run = scratch.run(&[&["run", "pad.toml"], &set[..]].concat());
     let command = "probe --machine 'pad.toml' --set damping=0 --set normal_force=950 --set belt_speed=0.599";
-    assert!(run.out.contains(command), "{}", run.out);
+    run.out.says(&[command]);
     // The known part of an undetermined regime is printed.
-    assert!(answer.contains("whether other cycles attract is not determined"), "{answer}");
+    answer.says(&["whether other cycles attract is not determined"]);
 }
 
 /// Where an orbit leaves the data, the required slip speed is reported in SI units; data up to it suffice.
@@ -564,17 +483,16 @@ fn an_engineer_is_told_how_far_to_measure() {
         "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.5997\ndamping = 0\n\
          [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n",
     );
-    let probe = ["probe", "--machine", "pad.toml", "--json"];
-    let answer = || -> Value { serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap() };
+    let probe = "probe --machine pad.toml";
+    let answer = || scratch.json(probe);
     let before = answer();
     let needed = before["machine"]["needed_slip_speed"].as_f64().unwrap();
     assert!(needed > 1.2 && before["machine"]["slip_time"].is_null(), "{before}");
     let [digits, words] = [format!("{needed:.2}"), format!("up to about {needed:.2} m/s")];
-    let text = scratch.run(&probe[..3]).ends_with(0).out;
+    let text = scratch.run(probe).ends_with(0).out;
     let line = text.lines().find(|line| line.contains("measure friction up to"));
     assert!(line.is_some_and(|line| line.contains(&digits) && line.contains("m/s")), "{text}");
-    let page = scratch.run(&["machine", "pad.toml"]).ends_with(0).out;
-    assert!(page.contains("which end at slip speed 1.2 m/s") && page.contains(&words), "{page}");
+    scratch.run("machine pad.toml").ends_with(0).out.says(&["which end at slip speed 1.2 m/s", &words]);
     scratch.file("pad.csv", format!("{rows}{needed},{}\n", 0.27 - 0.01 / 0.6 * (needed - 1.2)));
     let after = answer();
     assert!(after["machine"]["needed_slip_speed"].is_null(), "{after}");
@@ -591,19 +509,15 @@ fn a_page_of_data_that_end_early_says_what_is_known() {
         "[machine]\nmass = 2\nstiffness = 2e5\nbelt_speed = 0.1\ndamping = 50\n\
          [friction]\nlaw = \"table\"\nfile = \"early.csv\"\nquantity = \"force\"\n",
     );
-    let page =
-        scratch.run(&["machine", "early.toml", "--draws", "100", "--out", "page.html"]).ends_with(0).out;
-    for known in [
+    let page = scratch.run("machine early.toml --draws 100 --out page.html").ends_with(0).out;
+    page.says(&[
         "steady slip is unstable below damping",
         "may stick-slip below damping",
         "measure up to about 0.386 m/s",
         "probability that it may stick-slip",
         "not determined: no critical damping was found for any draw",
-    ] {
-        assert!(page.contains(known), "{known}\n{page}");
-    }
-    let json = scratch.run(&["machine", "early.toml", "--draws", "100", "--json"]).ends_with(0).out;
-    let answer: Value = serde_json::from_str(&json).unwrap();
+    ]);
+    let answer = scratch.json("machine early.toml --draws 100");
     assert!(answer["risk"].is_null() && answer["steady_slip_unstable_below_damping"].is_f64(), "{answer}");
 }
 
@@ -618,9 +532,8 @@ fn an_undetermined_regime_has_its_reasons() {
         "[machine]\nmass = 0.4\nstiffness = 3e5\nbelt_speed = 0.09\ndamping = 300\n\
          [friction]\nlaw = \"table\"\nfile = \"rig.csv\"\n",
     );
-    let out = |arguments: &[&str]| scratch.run(arguments).ends_with(0).out;
-    let (machine, probe) = (["machine", "rig.toml", "--json"], ["probe", "--machine", "rig.toml", "--json"]);
-    let (page, probed) = (out(&machine[..2]), out(&probe[..3]));
+    let (machine, probe) = ("machine rig.toml", "probe --machine rig.toml");
+    let [page, probed] = [machine, probe].map(|command| scratch.run(command).ends_with(0).out);
     // The line with this name.
     let of = |text: &str, name: &str| {
         let values = text.lines().filter_map(|line| line.trim_start().strip_prefix(name));
@@ -630,14 +543,13 @@ fn an_undetermined_regime_has_its_reasons() {
     let whys = of(&page, "what is not, and why");
     assert!(whys.len() == 1 && whys[0].starts_with("stick-slip: the orbit leaves the data"), "{page}");
 
-    let json = |arguments: &[&str]| serde_json::from_str::<Value>(&out(arguments)).unwrap();
-    let (told, answer) = (json(&machine), json(&probe));
+    let [told, answer] = [machine, probe].map(|command| scratch.json(command));
     assert_eq!(told["regime"], "failed");
     assert_eq!(told["regime_known"], of(&page, "what is known of it")[0].as_str());
     assert_eq!(told["regime_reasons"], serde_json::json!(whys));
     assert_eq!(told["kick_reason"], of(&page, "kick that starts it")[0].as_str());
     let vibrates = told["limits"]["vibrates_below_damping"]["reason"].as_str().unwrap();
-    assert!(page.contains(&format!("not determined: {vibrates}")), "{page}");
+    page.says(&[&format!("not determined: {vibrates}")]);
     assert_eq!(answer["regime_known"], of(&probed, "what is known of it")[0].as_str());
     assert!(
         answer["regime_reason"].as_str().unwrap().starts_with("stick-slip cycle: the orbit leaves the data")
@@ -649,7 +561,7 @@ fn an_undetermined_regime_has_its_reasons() {
     }
     // What is determined has no reasons.
     scratch.file("rig.csv", "v [m/s],F [N]\n0,1210\n.02,1060\n.05,900\n.1,780\n.2,725\n2,725\n");
-    let (told, answer) = (json(&machine), json(&probe));
+    let [told, answer] = [machine, probe].map(|command| scratch.json(command));
     assert!(
         told["regime_known"].is_null() && told["regime_reasons"].is_null() && told["kick_reason"].is_null()
     );
@@ -667,11 +579,10 @@ fn the_standard_error_of_a_machine_is_told_alike() {
     let text = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.15\ndamping = 30\n\
                 [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n";
     scratch.file("pad.toml", text);
-    let probe = scratch.run(&["probe", "--machine", "pad.toml"]).ends_with(0).out;
+    let probe = scratch.run("probe --machine pad.toml").ends_with(0).out;
     let line = probe.lines().find(|line| line.trim_start().starts_with("critical damping ")).unwrap();
     let error = line.split_once("+- ").unwrap().1.split(' ').next().unwrap();
-    let page: serde_json::Value =
-        serde_json::from_str(&scratch.run(&["machine", "pad.toml", "--json"]).ends_with(0).out).unwrap();
+    let page = scratch.json("machine pad.toml");
     let of_page = &page["may_stick_slip_below_damping_standard_error"];
     let (error, of_page): (f64, f64) = (error.parse().unwrap(), of_page.as_f64().unwrap());
     // Rounded up to two digits.

@@ -2,115 +2,60 @@
 
 use std::f64::consts::PI;
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 use slipmap::config::load_machine;
 use slipmap::map::{Method, Regime, Verdict, unravel};
 use slipmap::probe::Answer;
 use slipmap::store::{MapFile, Pick};
 
-/// A machine under the law `law`; `more` replaces or adds quantities, and leaves those out that it has as "".
-fn text(friction: &str, more: &[(&str, &str)]) -> String {
-    let usual = [
-        ("mass", "2.0"),
-        ("stiffness", "800.0"),
-        ("normal_force", "50.0"),
-        ("belt_speed", "0.1"),
-        ("damping", "[0.0, 2.0, 6.0, 12.0]"),
-    ];
-    let mut text = format!("[friction]\n{friction}\n[machine]\n");
-    let is_given = |name: &str| more.iter().any(|(known, _)| *known == name);
-    let all = usual.iter().filter(|(name, _)| !is_given(name)).chain(more);
-    for (name, value) in all.filter(|(_, value)| !value.is_empty()) {
-        text += &format!("{name} = {value}\n");
-    }
-    text + "[output]\npath = \"map.h5\"\n"
+/// A machine under a law; lines of `more` replace or add quantities, and leave those out that have no value.
+fn text(friction: &str, more: &str) -> String {
+    let usual = "mass = 2.0\nstiffness = 800.0\nnormal_force = 50.0\nbelt_speed = 0.1\ndamping = [0.0, 2.0, 6.0, 12.0]";
+    let is_given = |line: &str| more.lines().any(|given| given.split('=').next() == line.split('=').next());
+    let kept = usual.lines().filter(|line| !is_given(line)).chain(more.lines());
+    let lines: Vec<&str> = kept.filter(|line| !line.ends_with("= ")).collect();
+    format!("[friction]\n{friction}\n[machine]\n{}\n[output]\npath = \"map.h5\"\n", lines.join("\n"))
 }
 
-const EXPONENTIAL: [(&str, &str); 3] =
-    [("static_friction", "0.4"), ("kinetic_friction", "0.3"), ("stribeck_velocity", "0.25")];
+/// From 0.3 to 0.4 within 0.25 m/s, less what is given of these.
+fn coefficients(more: &str) -> String {
+    let all = "static_friction = 0.4\nkinetic_friction = 0.3\nstribeck_velocity = 0.25";
+    let kept = all.lines().filter(|line| !more.contains(line.split('=').next().unwrap()));
+    kept.chain(more.lines()).collect::<Vec<_>>().join("\n")
+}
 
 #[test]
 fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
-    let range =
-        |from: f64, to: f64, points: u32| format!("{{ from = {from:?}, to = {to:?}, points = {points} }}");
-    let with = |varied: &[(&'static str, String)]| -> Vec<(&'static str, String)> {
-        let kept = EXPONENTIAL.iter().filter(|(name, _)| varied.iter().all(|(known, _)| known != name));
-        kept.map(|(name, value)| (*name, (*value).to_owned())).chain(varied.to_vec()).collect()
-    };
+    let forces = "normal_force = { from = 20.0, to = 80.0, points = 5 }";
+    let speeds = "belt_speed = { from = 0.05, to = 0.4, points = 6 }";
+    let stiffness = "stiffness = { from = 200.0, to = 3000.0, points = 5 }";
+    let rest = "static_friction = { from = 0.3, to = 0.6, points = 5 }";
+    let two = "mass = [1.0, 3.0]\nstiffness = [400.0, 900.0]\nnormal_force = [30.0, 60.0]\n\
+               kinetic_friction = [0.1, 0.3]\nbelt_speed = [0.1, 0.3]";
+    let of_formula =
+        "muk = [0.2, 0.3]\nvs = 0.25\nnormal_force = [30.0, 60.0]\nbelt_speed = [0.1, 0.3]".to_owned();
+    let rotation = "motion = \"rotation\"\nstiffness = \nnormal_force = \ndamping = \nfrequency = [2.0, 4.0]\n\
+                    pressure = [1e5, 3e5]\narea = 2e-3\nradius = 0.1\nexponent = [1.0, 1.5]\n\
+                    damping_ratio = [0.0, 0.02, 0.1, 0.3]\nbelt_speed = [0.1, 0.3]";
+    // At half of the nodes kinetic friction exceeds that at rest.
+    let blank = "static_friction = [0.2, 0.4]\nkinetic_friction = [0.1, 0.3]\nbelt_speed = [0.1, 0.2, 0.4]";
     let formula = "law = \"expression\"\nphi = \"muk + (0.4 - muk)*exp(-u/vs)\"";
-    type Quantities = Vec<(&'static str, String)>;
-    let cases: [(&str, Quantities, &[&str]); 7] = [
-        (
-            "law = \"exponential\"",
-            with(&[("normal_force", range(20.0, 80.0, 5)), ("belt_speed", range(0.05, 0.4, 6))]),
-            &["normal_force", "belt_speed", "damping"],
-        ),
-        (
-            "law = \"stribeck\"",
-            with(&[("stiffness", range(200.0, 3000.0, 5)), ("belt_speed", range(0.05, 0.4, 6))]),
-            &["stiffness", "belt_speed", "damping"],
-        ),
-        (
-            "law = \"exponential\"",
-            with(&[("static_friction", range(0.3, 0.6, 5)), ("normal_force", range(20.0, 80.0, 5))]),
-            &["normal_force", "static_friction", "belt_speed", "damping"],
-        ),
-        (
-            "law = \"stribeck\"",
-            with(&[
-                ("mass", "[1.0, 3.0]".into()),
-                ("stiffness", "[400.0, 900.0]".into()),
-                ("normal_force", "[30.0, 60.0]".into()),
-                ("kinetic_friction", "[0.1, 0.3]".into()),
-                ("belt_speed", "[0.1, 0.3]".into()),
-            ]),
-            &["mass", "stiffness", "normal_force", "kinetic_friction", "belt_speed", "damping"],
-        ),
-        (
-            formula,
-            vec![
-                ("muk", "[0.2, 0.3]".into()),
-                ("vs", "0.25".into()),
-                ("normal_force", "[30.0, 60.0]".into()),
-                ("belt_speed", "[0.1, 0.3]".into()),
-            ],
-            &["normal_force", "muk", "belt_speed", "damping"],
-        ),
-        (
-            "law = \"exponential\"",
-            with(&[
-                ("motion", "\"rotation\"".into()),
-                ("stiffness", String::new()),
-                ("normal_force", String::new()),
-                ("damping", String::new()),
-                ("frequency", "[2.0, 4.0]".into()),
-                ("pressure", "[1e5, 3e5]".into()),
-                ("area", "2e-3".into()),
-                ("radius", "0.1".into()),
-                ("exponent", "[1.0, 1.5]".into()),
-                ("damping_ratio", "[0.0, 0.02, 0.1, 0.3]".into()),
-                ("belt_speed", "[0.1, 0.3]".into()),
-            ]),
-            &["frequency", "pressure", "exponent", "belt_speed", "damping_ratio"],
-        ),
-        // At half of the nodes kinetic friction exceeds that at rest.
-        (
-            "law = \"stribeck\"",
-            with(&[
-                ("static_friction", "[0.2, 0.4]".into()),
-                ("kinetic_friction", "[0.1, 0.3]".into()),
-                ("belt_speed", "[0.1, 0.2, 0.4]".into()),
-            ]),
-            &["static_friction", "kinetic_friction", "belt_speed", "damping"],
-        ),
-    ];
-    for (friction, quantities, axes) in cases {
+    let (exponential, stribeck) = ("law = \"exponential\"", "law = \"stribeck\"");
+    let with = |lines: &[&str]| coefficients(&lines.join("\n"));
+    for (friction, quantities, axes) in [
+        (exponential, with(&[forces, speeds]), "normal_force belt_speed damping"),
+        (stribeck, with(&[stiffness, speeds]), "stiffness belt_speed damping"),
+        (exponential, with(&[rest, forces]), "normal_force static_friction belt_speed damping"),
+        (stribeck, with(&[two]), "mass stiffness normal_force kinetic_friction belt_speed damping"),
+        (formula, of_formula, "normal_force muk belt_speed damping"),
+        (exponential, with(&[rotation]), "frequency pressure exponent belt_speed damping_ratio"),
+        (stribeck, with(&[blank]), "static_friction kinetic_friction belt_speed damping"),
+    ] {
         let scratch = Scratch::new();
-        let quantities: Vec<(&str, &str)> =
-            quantities.iter().map(|(name, value)| (*name, value.as_str())).collect();
+        let axes: Vec<&str> = axes.split(' ').collect();
         scratch.file("machine.toml", text(friction, &quantities));
-        let told = scratch.run(&["run", "machine.toml", "--quiet"]).ends_with(0).out;
-        scratch.run(&["check", "map.h5"]).ends_with(0);
+        let told = scratch.run("run machine.toml --quiet").ends_with(0).out;
+        scratch.run("check map.h5").ends_with(0);
         let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
         let grid = map.grid();
         assert_eq!(grid.axes().iter().map(|axis| axis.name.as_str()).collect::<Vec<_>>(), axes);
@@ -157,7 +102,7 @@ fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
         assert_eq!(told.contains(&words), blank > 0, "{told}");
         assert_eq!(blank, if axes.contains(&"kinetic_friction") && axes.len() == 4 { cells / 4 } else { 0 });
         if blank > 0 {
-            scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+            scratch.run("report map.h5 --out report").ends_with(0);
         }
     }
 }
@@ -188,18 +133,17 @@ fn inputs_are_in_the_units_that_people_have() {
     assert_eq!(job.varied, [("belt_speed", vec![PI * 2.0 / 3.0, PI * 4.0 / 3.0, PI * 2.0])]);
     assert!(job.conversions.contains(&"1 rpm is 0.10472 rad/s".to_owned()), "{:?}", job.conversions);
     // The map, the point, the row of a table and the page.
-    scratch.run(&["run", "people.toml", "--quiet"]).ends_with(0);
+    scratch.run("run people.toml --quiet").ends_with(0);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let ratio = map.real_slice("critical_damping_ratio_simulation", &[Pick::Node(1)]).unwrap()[[]];
     let name = "critical_damping_ratio_simulation";
-    let plot =
-        ["plot", "map.h5", "--x", "belt_speed", "--variable", name, "--out", "c.svg", "--data", "c.csv"];
+    let plot = format!("plot map.h5 --x belt_speed --variable {name} --out c.svg --data c.csv");
     scratch.run(&plot).ends_with(0);
     let drawn = scratch.read("c.csv");
     let speeds: Vec<&str> = drawn.lines().map(|line| line.split(',').next().unwrap()).collect();
     assert_eq!(speeds, ["belt_speed [rpm]", "20.0", "40.0", "60.0"], "{drawn}");
-    let point = ["probe", "--machine", "people.toml", "--json", "--set", "belt_speed=40 rpm"];
-    let told: serde_json::Value = serde_json::from_str(&scratch.run(&point).ends_with(0).out).unwrap();
+    let point = ["probe", "--machine", "people.toml", "--set", "belt_speed=40 rpm"];
+    let told = scratch.json(&point);
     let critical = told["machine"]["critical_damping"].as_f64().unwrap();
     assert!(
         (told["machine"]["critical_damping_ratio"].as_f64().unwrap() - ratio).abs() < 1e-9 * ratio,
@@ -223,21 +167,15 @@ fn inputs_are_in_the_units_that_people_have() {
     assert_eq!(scratch.read("marks.svg").matches("fill=\"#d55e00\"").count(), 2);
     scratch.file("marks.csv", "ratio,speed\n3,40\n");
     let run = scratch.run(&[&plot[..], &["--out", "swapped.svg"]].concat()).ends_with(0);
-    assert!(
-        run.err.contains("1 of 1 marks lie outside the figure; write belt_speed [rpm], then"),
-        "{}",
-        run.err
-    );
-    scratch
-        .run(&["report", "plane.h5", "--epsilon", "1"])
-        .refuses(&["no axis epsilon", "help: leave it out"]);
+    run.err.says(&["1 of 1 marks lie outside the figure; write belt_speed [rpm], then"]);
+    scratch.run("report plane.h5 --epsilon 1").refuses(&["no axis epsilon", "help: leave it out"]);
     // Answers are in the unit of the file, and a number without a unit is told to be in SI units.
     let page = scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
-    assert!(page.out.contains("at 40 rpm and "), "{}", page.out);
+    page.out.says(&["at 40 rpm and "]);
     assert!(!page.err.contains("for rpm write"), "{}", page.err);
-    let bare = scratch.run(&["probe", "--machine", "people.toml", "--set", "belt_speed=4"]).ends_with(0);
+    let bare = scratch.run("probe --machine people.toml --set belt_speed=4").ends_with(0);
     let told = "belt_speed = 4 is in rad/s; for rpm write --set 'machine.belt_speed=4 rpm'";
-    assert!(bare.err.contains(told), "{}", bare.err);
+    bare.err.says(&[told]);
 
     for (from, to, words) in [
         ("frequency", "stiffness = 1e3\nfrequency", "the mass and the stiffness have a frequency already"),
@@ -257,8 +195,7 @@ fn inputs_are_in_the_units_that_people_have() {
     ] {
         assert!(people.contains(from), "{from}");
         scratch.file("wrong.toml", people.replacen(from, to, 1));
-        let run = scratch.run(&["run", "wrong.toml", "--dry-run"]).ends_with(2);
-        assert!(run.err.contains(words), "{}", run.err);
+        scratch.run("run wrong.toml --dry-run").ends_with(2).err.says(&[words]);
     }
 }
 
@@ -300,10 +237,9 @@ fn the_drill_string_starts_to_stick_at_its_thresholds() {
 #[test]
 fn the_file_has_its_axes_in_si_units() {
     let scratch = Scratch::new();
-    let mut quantities = EXPONENTIAL.to_vec();
-    quantities.push(("normal_force", "[20.0, 50.0]"));
+    let quantities = coefficients("normal_force = [20.0, 50.0]");
     scratch.file("machine.toml", text("law = \"exponential\"", &quantities));
-    scratch.run(&["run", "machine.toml", "--quiet"]).ends_with(0);
+    scratch.run("run machine.toml --quiet").ends_with(0);
     let file = hdf5::File::open(scratch.path().join("map.h5")).unwrap();
     let attribute = |variable: &str, name: &str| {
         let attribute = file.dataset(variable).unwrap().attr(name).unwrap();
@@ -325,11 +261,10 @@ fn the_file_has_its_axes_in_si_units() {
     let fixed = "mass stiffness static_friction kinetic_friction stribeck_velocity strengthening";
     assert_eq!(attribute("critical_damping_simulation", "coordinates"), fixed);
     // The drawing, and the report, of another plane than belt speed and damping.
-    let plot =
-        ["plot", "map.h5", "--x", "normal_force", "--y", "damping", "--variable", "regime", "--curves"];
-    scratch.run(&[&plot[..], &["--out", "p.svg"]].concat()).ends_with(0);
+    let plot = "plot map.h5 --x normal_force --y damping --variable regime --curves --out p.svg";
+    scratch.run(plot).ends_with(0);
     assert!(scratch.read("p.svg").contains("normal force, N"));
-    scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+    scratch.run("report map.h5 --out report").ends_with(0);
     assert!(scratch.read("report/figures/regimes.svg").contains(">stick-slip<"));
     let has = |table: &str, line: &str| {
         let text = scratch.read(&format!("report/tables/{table}.csv"));

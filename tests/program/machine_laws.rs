@@ -2,8 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::command::Scratch;
-use serde_json::Value;
+use crate::command::{Says, Scratch};
 use slipmap::dataset::auxiliary::PROBABILITY;
 use slipmap::store::{MapFile, Pick};
 
@@ -29,10 +28,6 @@ fn data(unit: f64) -> String {
     (0..=50).map(row).collect()
 }
 
-fn json(scratch: &Scratch, arguments: &[&str]) -> Value {
-    serde_json::from_str(&scratch.run(&[arguments, &["--json"]].concat()).ends_with(0).out).unwrap()
-}
-
 #[test]
 fn one_friction_in_every_form_is_one_machine() {
     let scratch = Scratch::new();
@@ -53,11 +48,11 @@ fn one_friction_in_every_form_is_one_machine() {
     for (name, text) in &all {
         let file = format!("{name}.toml");
         scratch.file(&file, text);
-        let probed = json(&scratch, &["probe", "--machine", &file]);
+        let probed = scratch.json(&["probe", "--machine", &file]);
         critical.insert(*name, probed["machine"]["critical_damping"].as_f64().unwrap());
         // The same value comes from the page and from a map, which has its axes in SI units.
         if matches!(*name, "formula" | "alone") {
-            let page = json(&scratch, &["machine", &file, "--out", "page.html", "--overwrite"]);
+            let page = scratch.json(&["machine", &file, "--out", "page.html", "--overwrite"]);
             let number = |key: &str| page[key].as_f64().unwrap();
             assert!((number("may_stick_slip_below_damping") / critical[name] - 1.0).abs() < 1e-8, "{name}");
             // The damping at which steady slip turns stable is the weakening of the force at belt speed.
@@ -66,18 +61,10 @@ fn one_friction_in_every_form_is_one_machine() {
             let error = if *name == "formula" { 1e-12 } else { 5e-3 };
             assert!((number("always_stick_slips_below_damping") / hopf - 1.0).abs() < error, "{name}");
         }
-        let output = format!("output.path={name}.h5");
-        let small = [
-            "--set",
-            &output,
-            "--set",
-            "machine.belt_speed=[0.1, 0.2]",
-            "--set",
-            "machine.damping=[0.0, 4.0]",
-        ];
-        let fields = ["--set", "output.fields=['verdict', 'critical_damping']", "--quiet"];
-        scratch.run(&[&["run", file.as_str()], &small[..], &fields].concat()).ends_with(0);
         let path = format!("{name}.h5");
+        let small = "--set machine.belt_speed=[0.1,0.2] --set machine.damping=[0.0,4.0]";
+        let fields = "--set output.fields=['verdict','critical_damping']";
+        scratch.run(&format!("run {file} --set output.path={path} {small} {fields} --quiet")).ends_with(0);
         scratch.run(&["check", &path]).ends_with(0);
         let map = MapFile::open(&scratch.path().join(&path)).unwrap();
         // A force stays one in its map.
@@ -87,17 +74,8 @@ fn one_friction_in_every_form_is_one_machine() {
         assert_eq!(axes, [("belt_speed", &[0.1, 0.2][..]), ("damping", &[0.0, 4.0])]);
         assert!(!map.has_probability());
         // A figure and its numbers in SI units.
-        let plot = [
-            "plot",
-            &path,
-            "--x",
-            "belt_speed",
-            "--variable",
-            "critical_damping_simulation",
-            "--out",
-            "c.svg",
-        ];
-        scratch.run(&[&plot[..], &["--data", "c.csv", "--overwrite"]].concat()).ends_with(0);
+        let plot = format!("plot {path} --x belt_speed --variable critical_damping_simulation");
+        scratch.run(&format!("{plot} --out c.svg --data c.csv --overwrite")).ends_with(0);
         let table = scratch.read("c.csv");
         assert!(table.starts_with("belt_speed [m/s],critical_damping_simulation [N s/m]"), "{table}");
     }
@@ -110,7 +88,7 @@ fn one_friction_in_every_form_is_one_machine() {
     assert!(alone.contains("friction force") && !alone.contains("normal force"), "{alone}");
     let table = ["machine", "table.toml", "--set", "normal_force=1", "--set", "belt_speed=0.004"];
     let table = scratch.run(&table).ends_with(0).out;
-    assert!(table.contains("coefficient of friction") && table.contains("normal force"), "{table}");
+    table.says(&["coefficient of friction", "normal force"]);
 }
 
 #[test]
@@ -118,8 +96,8 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     let scratch = Scratch::new();
     let refused = |text: String, parts: &[&str]| {
         scratch.file("bad.toml", text);
-        scratch.run(&["run", "bad.toml"]).refuses(parts);
-        scratch.run(&["machine", "bad.toml"]).refuses(parts);
+        scratch.run("run bad.toml").refuses(parts);
+        scratch.run("machine bad.toml").refuses(parts);
     };
     let formula = |phi: &str, more: &str| machine(&format!("law = \"expression\"\nphi = \"{phi}\""), more);
     refused(machine("law = \"table\"", ""), &["`file` is missing", "m/s", "quantity", "mass, stiffness"]);
@@ -158,7 +136,7 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     ] {
         scratch.file("mu.csv", format!("{header}\n0,0.4\n0.5,0.35\n1.5,0.3\n"));
         scratch.file("good.toml", table(""));
-        scratch.run(&["probe", "--machine", "good.toml"]).ends_with(0);
+        scratch.run("probe --machine good.toml").ends_with(0);
     }
     scratch.file("mu.csv", "0,-0.4\n0.05,0.35\n0.3,0.3\n");
     refused(table(""), &["mu.csv:1", "at rest is -0.4", "greater than 0"]);
@@ -166,7 +144,7 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     let dimensionless =
         "[friction]\nlaw = \"table\"\nfile = \"mu.csv\"\nquantity = \"force\"\n[grid]\nepsilon = 1.0\n";
     scratch.file("bad.toml", dimensionless);
-    scratch.run(&["run", "bad.toml"]).refuses(&["quantity", "leave it out"]);
+    scratch.run("run bad.toml").refuses(&["quantity", "leave it out"]);
 }
 
 #[test]
@@ -210,7 +188,7 @@ fn a_table_of_machines_is_answered_in_si_units() {
         csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect();
     for (row, (speed, mass)) in rows.iter().zip([("0.05", "2"), ("0.2", "4")]) {
         let [speed, mass] = [format!("belt_speed={speed}"), format!("mass={mass}")];
-        let alone = json(&scratch, &["probe", "--machine", "machine.toml", "--set", &speed, "--set", &mass]);
+        let alone = scratch.json(&["probe", "--machine", "machine.toml", "--set", &speed, "--set", &mass]);
         for (column, key) in
             [("critical_damping [N s/m]", "critical_damping"), ("stick_time [s]", "stick_time")]
         {
@@ -239,8 +217,8 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
         .replace("belt_speed = 0.1", "belt_speed = [0.1, 0.2]")
         .replace("damping = 4.0", "damping = [2.0, 8.0]");
     scratch.file("machine.toml", text);
-    scratch.run(&["run", "machine.toml", "--set", "output.path=map.h5", "--quiet"]).ends_with(0);
-    scratch.run(&["check", "map.h5"]).ends_with(0);
+    scratch.run("run machine.toml --set output.path=map.h5 --quiet").ends_with(0);
+    scratch.run("check map.h5").ends_with(0);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let mut at = vec![Pick::Node(0); map.grid().axes().len()];
     let rank = at.len();
@@ -251,7 +229,7 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
         for (j, damping) in ["2", "8"].into_iter().enumerate() {
             let [speed, damping] = [format!("belt_speed={speed}"), format!("damping={damping}")];
             let page = ["machine", "machine.toml", "--set", &speed, "--set", &damping, "--draws", "2000"];
-            let risk = &json(&scratch, &page)["risk"];
+            let risk = &scratch.json(&page)["risk"];
             let (here, p) = (risk["probability"]["value"].as_f64().unwrap(), stored[[i, j]]);
             // Four standard errors of the difference from that of 10000 draws.
             assert!((here - p).abs() <= 4.0 * (1.2 * p * (1.0 - p) / 2000.0).sqrt() + 1e-3, "{here} {p}");
@@ -267,15 +245,15 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
     scratch.file("value.toml", text("belt_speed = { value = 0.2, sd = 0.03 }"));
     let page = |file: &str, speed: &str| {
         let speed = format!("belt_speed={speed}");
-        json(&scratch, &["machine", file, "--set", &speed, "--draws", "1000"])["risk"].clone()
+        scratch.json(&["machine", file, "--set", &speed, "--draws", "1000"])["risk"].clone()
     };
     assert!(page("range.toml", "0.1") == page("value.toml", "0.1") && page("range.toml", "0.1").is_object());
     let damping = text("belt_speed = 0.1")
         .replace("damping = 4.0", "damping = { from = 1.0, to = 9.0, points = 3, sd = 1.0 }");
     scratch.file("damping.toml", damping);
-    scratch.run(&["run", "damping.toml"]).refuses(&["damping.toml:8:11", "sd", "write one value"]);
+    scratch.run("run damping.toml").refuses(&["damping.toml:8:11", "sd", "write one value"]);
     let run = ["run", "range.toml", "--set", "machine.damping=[2.0, 8.0]", "--set", "output.path=range.h5"];
-    let told = json(&scratch, &[&run[..], &["--dry-run"]].concat());
+    let told = scratch.json(&[&run[..], &["--dry-run"]].concat());
     assert!(told["beside"]["probability"].is_string(), "{told}");
 
     let plot = ["plot", "map.h5", "--x", "belt_speed", "--y", "damping", "--variable", PROBABILITY];
@@ -293,19 +271,18 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     let text = |file: &str| machine(&format!("law = \"table\"\nfile = \"{file}\""), "");
     scratch.file("exact.toml", text("exact.csv"));
     scratch.file("measured.toml", text("measured.csv"));
-    let page = |file: &str| {
-        json(&scratch, &["machine", file, "--draws", "500", "--out", "page.html", "--overwrite"])
-    };
+    let page =
+        |file: &str| scratch.json(&["machine", file, "--draws", "500", "--out", "page.html", "--overwrite"]);
     assert!(page("exact.toml")["risk"].is_null());
     // Exact rows leave the curve between them open.
     let exact = scratch.read("page.html");
-    assert!(exact.contains("by what the curve between the rows could be"), "{exact}");
+    exact.says(&["by what the curve between the rows could be"]);
     let page = page("measured.toml");
     let critical = page["may_stick_slip_below_damping"].as_f64().unwrap();
     let error = page["risk"]["critical_damping_standard_error"].as_f64().unwrap();
     assert!(error > 0.0, "{page}");
     // The critical damping and its ratio have one relative error, up to the roundings to two digits of both.
-    let told = scratch.run(&["probe", "--machine", "measured.toml"]).ends_with(0).out;
+    let told = scratch.run("probe --machine measured.toml").ends_with(0).out;
     let relative = |name: &str| {
         let line = told.lines().find_map(|line| line.trim().strip_prefix(name)).unwrap();
         let numbers: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
@@ -315,20 +292,20 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     assert!((0.9..1.1).contains(&both), "{told}");
     // The damping that five per cent of normal deviations exceed.
     let rare = ["machine", "measured.toml", "--draws", "1000", "--rare", "0.05"];
-    let rare = json(&scratch, &rare)["risk"]["rare_by"][0]["damping"].clone();
+    let rare = scratch.json(&rare)["risk"]["rare_by"][0]["damping"].clone();
     let expected = critical + 1.644_853_6 * error;
     let [low, high] = [0, 1].map(|i| rare["limits_95"][i].as_f64().unwrap());
     // Twice the sampling limits.
     assert!((rare["value"].as_f64().unwrap() - expected).abs() < high - low, "{rare} {expected}");
     let words = scratch.read("page.html");
-    assert!(words.contains("standard error of critical damping"), "{words}");
+    words.says(&["standard error of critical damping"]);
     assert!(page["may_stick_slip_below_damping_error"].as_f64().is_some_and(|e| e > 0.0), "{page}");
     assert!(words.contains(" by the standard errors of the data"), "of the critical damping: {words}");
-    assert!(words.contains("limits in brackets"), "{words}");
+    words.says(&["limits in brackets"]);
     // Errors of the computation are told only where they are not far smaller than those of the data.
     let numerical = ["numerical error", "largest error met"];
     assert!(!numerical.iter().any(|of| words.contains(of)), "{words}");
-    assert!(words.contains("for the curve through the data"), "{words}");
+    words.says(&["for the curve through the data"]);
     assert_eq!(page["may_stick_slip_below_damping_standard_error"].as_f64(), Some(error), "{page}");
     let slope = &page["steady_slip_unstable_below_damping_standard_error"];
     assert!(slope.as_f64().is_some_and(|slope| slope > 0.0 && slope != error), "{page}");
@@ -338,9 +315,9 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     );
     // The probabilities of the map are told before the run, and in its measured cost.
     let run = ["run", "measured.toml", "--set", "output.path=map.h5", "--quiet"];
-    let told = json(&scratch, &[&run[..], &["--dry-run"]].concat());
+    let told = scratch.json(&[&run[..], &["--dry-run"]].concat());
     assert!(told["beside"]["probability"].as_str().unwrap().contains(" draws in each column"), "{told}");
-    let told = json(&scratch, &run);
+    let told = scratch.json(&run);
     assert!(told["stages"]["probability"].as_f64().is_some_and(|seconds| seconds > 0.0), "{told}");
     assert!(MapFile::open(&scratch.path().join("map.h5")).unwrap().has_probability());
 }
@@ -358,11 +335,11 @@ fn a_wrong_section_is_named_before_the_friction() {
         scratch.run(arguments).refuses(&parts);
     }
     scratch.file("both.toml", format!("{right}[grid]\nV = 1.0\n"));
-    scratch.run(&["run", "both.toml"]).refuses(&["both.toml:4:", "leave the other out"]);
+    scratch.run("run both.toml").refuses(&["both.toml:4:", "leave the other out"]);
     // As `slipmap run` takes it.
     scratch.file("right.toml", &right);
     let shares = ["damping=2", "machine.damping=2"].map(|set| {
-        json(&scratch, &["machine", "right.toml", "--set", set])["damping_over_critical"].as_f64().unwrap()
+        scratch.json(&["machine", "right.toml", "--set", set])["damping_over_critical"].as_f64().unwrap()
     });
     assert_eq!(shares[0], shares[1]);
 }

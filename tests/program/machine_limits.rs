@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 
 const MACHINE: &str = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.1\ndamping = 30\n\
                        [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n";
@@ -15,8 +15,7 @@ fn machine(rows: &str) -> Scratch {
 }
 
 fn page(scratch: &Scratch, more: &[&str]) -> Value {
-    let all: Vec<&str> = ["machine", "pad.toml", "--json"].iter().chain(more).copied().collect();
-    serde_json::from_str(&scratch.run(&all).ends_with(0).out).unwrap()
+    scratch.json(&[&["machine", "pad.toml"], more].concat())
 }
 
 /// What a page of HTML says, without its tags.
@@ -74,14 +73,12 @@ fn slip_cycles_beyond_the_data_name_what_to_measure() {
     };
     const ROWS: &str = "u,F\n0,2\n1,2\n2,3\n17,1\n18,1\n";
     let (page, probed) = of(ROWS);
-    for said in [
+    page.says(&[
         "slip cycles: the orbit leaves the data, which end at slip speed 18 rad/s; measure up to about 35.9 rad/s",
         "not determined: slip cycles: the orbit leaves the data",
-    ] {
-        assert!(page.contains(said), "{page}");
-    }
+    ]);
     let line = probed.lines().find(|line| line.trim_start().starts_with("slip cycles  ")).unwrap();
-    assert!(line.contains("leaves the data of f.csv") && line.contains("needs them up to about"), "{line}");
+    line.says(&["leaves the data of f.csv", "needs them up to about"]);
     assert!(!page.contains("finite numbers") && !line.contains("finite numbers"), "{page}{line}");
     let (page, probed) = of(&(ROWS.to_owned() + "36,1\n"));
     assert!(!page.contains("not determined: slip cycles") && !page.contains("leaves the data"), "{page}");
@@ -100,7 +97,7 @@ fn a_configuration_is_valid_for_all_commands_or_for_none() {
         ("[simulation]\ntolerance = 2.0\n", "simulation.tolerance"),
     ] {
         scratch.file("pad.toml", format!("{MACHINE}{more}"));
-        let refused = scratch.run(&["run", "pad.toml"]).refuses(&["pad.toml:1", part]).err;
+        let refused = scratch.run("run pad.toml").refuses(&["pad.toml:1", part]).err;
         for command in [&["machine", "pad.toml"][..], &["probe", "--machine", "pad.toml"]] {
             assert_eq!(scratch.run(command).refuses(&[part]).err, refused, "{command:?}");
         }
@@ -108,7 +105,7 @@ fn a_configuration_is_valid_for_all_commands_or_for_none() {
     // Also where --set replaces what is wrong in the file.
     let range = MACHINE.replace("belt_speed = 0.1", "belt_speed = { from = 0.1, to = 0.4, points = 0 }");
     scratch.file("pad.toml", range);
-    let refused = scratch.run(&["run", "pad.toml"]).refuses(&["belt_speed.points = 0"]).err;
+    let refused = scratch.run("run pad.toml").refuses(&["belt_speed.points = 0"]).err;
     let set = ["machine", "pad.toml", "--set", "belt_speed=0.1"];
     assert_eq!(scratch.run(&set).refuses(&[]).err, refused);
     // What is missing from the file may be set.
@@ -153,7 +150,7 @@ fn data_may_leave_open_what_the_machine_does() {
     assert_eq!(decided["regimes_left_open_by_data"], json!([]));
     assert_eq!(decided["standard_errors_from"], "data");
     assert_eq!(decided["warnings"], json!([]));
-    assert!(text.contains("Stick-slips from every start at 0.1 m/s"), "{text}");
+    text.says(&["Stick-slips from every start at 0.1 m/s"]);
     // By the curve through the data: bistable on one side, stick-slip on the other.
     for (damping, regimes) in
         [(hopf + error, ["bistable", "stick_slip"]), (hopf - error, ["stick_slip", "bistable"])]
@@ -163,15 +160,13 @@ fn data_may_leave_open_what_the_machine_does() {
         assert_eq!(open["regimes_left_open_by_data"], json!(regimes));
         let limits = json!(["steady_slip_unstable_below_damping"]);
         assert_eq!(open["damping_within_two_standard_errors_of"], limits);
-        for part in [
+        text.says(&[
             "the data leave open what it does: it s",
             "it stick-slips from every start",
             "it slips steadily or stick-slips, depending on the start",
             "The damping lies within two standard errors of ",
             "for the curve through the data",
-        ] {
-            assert!(text.contains(part), "{part} is not in\n{text}");
-        }
+        ]);
         let kick = text.lines().find(|line| line.contains("kick that starts it")).unwrap();
         assert!(!kick.chars().any(|c| c.is_ascii_digit()), "{kick}");
     }
@@ -210,8 +205,8 @@ fn scatter_is_told_on_the_page() {
     assert!(warnings[0].as_str().unwrap().contains("into at most 20 speeds"), "{warnings:?}");
     assert_eq!(answer["standard_errors_from"], "scatter");
     let page = scratch.read("page.html");
-    assert!(page.contains("Warning: the friction of pad.csv rises and falls by turns"), "{page}");
-    assert!(page.contains("standard error by the scatter of the rows"), "{page}");
+    page.says(&["Warning: the friction of pad.csv rises and falls by turns"]);
+    page.says(&["standard error by the scatter of the rows"]);
 }
 
 /// A formula of thousands of characters is quoted around its mistake.

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::command::{Run, Scratch, journal_bytes};
+use crate::command::{Run, Says, Scratch, signal, wait_for_journals};
 use crate::map_equal::{assert_same, scratch};
 
 /// The folder `disk`, served as `net`.
@@ -86,15 +86,9 @@ const THERE: [&str; 2] = ["--set", "output.path=\"net/map.h5\""];
 
 /// A run with its output on the mount, whose first tiles are finished.
 fn begun(scratch: &Scratch, arguments: &[&str]) -> Child {
-    let arguments = [&["run", "job.toml", "--threads", "1"], &THERE[..], arguments].concat();
-    let mut command = scratch.command(&arguments);
-    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let start = Instant::now();
+    let child = scratch.start(&[&["run", "job.toml", "--threads", "1"], &THERE[..], arguments].concat());
     // Read without the server, which may be dead later.
-    while journal_bytes(&scratch.path().join("disk")) < 100_000 {
-        assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_for_journals(&scratch.path().join("disk"), 100_000);
     child
 }
 
@@ -107,16 +101,13 @@ fn a_server_that_dies_during_a_run_costs_no_finished_tile() {
     let Some(mut server) = Server::start(&scratch) else { return };
     let child = begun(&scratch, &[]);
     server.kill();
-    let run = Run::of(child.wait_with_output().unwrap()).ends_with(1);
-    let told = [
+    let run = Run::after(child).ends_with(1);
+    run.err.says(&[
         "net/map.h5",
         "the disk or the network that it lies on has failed or is gone",
         "when it is back,\n  to continue: slipmap run job.toml",
         "--resume",
-    ];
-    for part in told {
-        assert!(run.err.contains(part), "no `{part}` in {}", run.err);
-    }
+    ]);
     assert_eq!(run.err.matches("error:").count(), 1, "{}", run.err);
     assert!(run.err.lines().count() < 6, "{}", run.err);
     assert!(!scratch.path().join("disk/map.h5").exists());
@@ -126,15 +117,15 @@ fn a_server_that_dies_during_a_run_costs_no_finished_tile() {
         let arguments = [&["run", "job.toml", mode], &THERE[..]].concat();
         scratch.run(&arguments).refuses(&["cannot write into the folder net", "not connected"]);
     }
-    scratch.run(&["check", "net/map.h5"]).refuses(&["net/map.h5", "has failed or is gone"]);
-    let run = scratch.run(&["report", "reference.h5", "--out", "net/report"]).ends_with(1);
-    assert!(run.err.contains("cannot write net") && run.err.contains("not connected"), "{}", run.err);
+    scratch.run("check net/map.h5").refuses(&["net/map.h5", "has failed or is gone"]);
+    let run = scratch.run("report reference.h5 --out net/report").ends_with(1);
+    run.err.says(&["cannot write net", "not connected"]);
 
     drop(server);
     let server = Server::start(&scratch).expect("a second time");
     let resumed =
         scratch.run(&[&["run", "job.toml", "--resume", "--json"], &THERE[..]].concat()).ends_with(0);
-    let summary: serde_json::Value = serde_json::from_str(&resumed.out).unwrap();
+    let summary = resumed.json();
     assert!(summary["resumed_tiles"].as_u64() > Some(0), "{summary}");
     drop(server);
     assert_same(&scratch.path().join("disk/map.h5"), &scratch.path().join("reference.h5"));
@@ -150,7 +141,7 @@ fn a_hanging_server_does_not_delay_an_interrupted_run() {
     let Some(server) = Server::start(&scratch) else { return };
     let mut child = begun(&scratch, &[]);
     server.signal("-STOP");
-    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+    signal(&child, "-TERM");
     // The program abandons its tiles within two seconds and reports it. The kernel may keep its process until
     // the server has answered outstanding requests; no program can change that.
     let (said, message) = std::sync::mpsc::channel();
@@ -169,7 +160,7 @@ fn a_hanging_server_does_not_delay_an_interrupted_run() {
     server.signal("-CONT");
     let code = child.wait().unwrap().code();
     let message = message.expect("it hangs with the server");
-    assert!(message.contains("the tiles in work were given up, finished ones are kept"), "{message}");
+    message.says(&["the tiles in work were given up, finished ones are kept"]);
     assert_eq!(code, Some(143));
 }
 
@@ -179,8 +170,7 @@ fn a_folder_unmounted_during_a_run_is_reported() {
     let Some(server) = Server::start(&scratch) else { return };
     let child = begun(&scratch, &[]);
     drop(server);
-    let run = Run::of(child.wait_with_output().unwrap()).ends_with(1);
-    assert!(run.err.contains("net/map.h5"), "{}", run.err);
+    Run::after(child).ends_with(1).err.says(&["net/map.h5"]);
     assert!(!scratch.path().join("disk/map.h5").exists() && !scratch.path().join("net/map.h5").exists());
     assert_eq!(fs::read_dir(scratch.path().join("net")).unwrap().count(), 0, "nothing below the mount");
 }

@@ -1,8 +1,6 @@
 //! Steady slip that neither attracts nor repels: `probe`, the machine's page and maps say so, and agree.
 
-use serde_json::Value;
-
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 
 const START: &str =
     "[machine]\nmass = 2.0\nstiffness = 2e5\nnormal_force = 100.0\nbelt_speed = 0.1\ndamping = 0.0\n";
@@ -31,11 +29,8 @@ fn probe_and_machine_agree_without_damping() {
     let mut neutral = 0;
     for text in machines(&scratch) {
         scratch.file("m.toml", &text);
-        let json = |arguments: &[&str]| -> Value {
-            serde_json::from_str(&scratch.run(arguments).ends_with(0).out).unwrap()
-        };
-        let page = json(&["machine", "m.toml", "--json"]);
-        let probe = json(&["probe", "--machine", "m.toml", "--json"]);
+        let page = scratch.json("machine m.toml");
+        let probe = scratch.json("probe --machine m.toml");
         let label = format!("{text}\n{page}\n{}", probe["equilibrium"]);
         assert_eq!(page["regime"], probe["regime"], "{label}");
         assert_eq!(page["regime"], probe["machine"]["regime"], "{label}");
@@ -65,8 +60,8 @@ fn probe_and_machine_agree_without_damping() {
             if neutral > 2 {
                 continue;
             }
-            let words = scratch.run(&["probe", "--machine", "m.toml"]).ends_with(0).out;
-            assert!(words.contains("the equilibrium is neutral"), "{words}");
+            let words = scratch.run("probe --machine m.toml").ends_with(0).out;
+            words.says(&["the equilibrium is neutral"]);
             assert!(!words.contains("unstable"), "{words}");
             let told = words.matches("the stick-slip cycle attracts").count();
             assert_eq!(told, if sticks { 2 } else { 0 }, "{words}");
@@ -80,15 +75,13 @@ fn probe_and_machine_agree_without_damping() {
 fn the_page_of_flat_friction_says_what_is_known() {
     let scratch = Scratch::new();
     scratch.file("m.toml", &machines(&scratch)[1]);
-    let text = scratch.run(&["machine", "m.toml", "--out", "m.html"]).ends_with(0).out;
-    for part in [
+    let text = scratch.run("machine m.toml --out m.html").ends_with(0).out;
+    text.says(&[
         "Small swings about steady slip neither grow nor decay at 0.1 m/s and 0 N s/m.",
         "steady slip neither attracts nor repels within rounding errors",
         "none: any damping makes it attract",
         "not at all: there is none",
-    ] {
-        assert!(text.contains(part), "{part} is not in\n{text}");
-    }
+    ]);
     assert!(!text.contains("unstable\n") && !text.contains("unknown amount"), "{text}");
 }
 
@@ -96,16 +89,13 @@ fn the_page_of_flat_friction_says_what_is_known() {
 #[test]
 fn a_centre_is_not_called_unstable() {
     let scratch = Scratch::new();
-    let words =
-        scratch.run(&["probe", "--phi", "1", "--epsilon", "1", "--V", "0.5", "--c", "0"]).ends_with(0).out;
+    let words = scratch.run("probe --phi 1 --epsilon 1 --V 0.5 --c 0").ends_with(0).out;
     assert!(!words.contains("unstable"), "{words}");
-    for part in [
+    words.says(&[
         "neutral: steady slip neither attracts nor repels",
         "centre of the linearisation",
         "c* = 0 within rounding",
-    ] {
-        assert!(words.contains(part), "{part} is not in\n{words}");
-    }
+    ]);
 }
 
 /// That laws which weaken less and less have one slip cycle at most is a conjecture.
@@ -115,12 +105,11 @@ fn regimes_that_rest_on_a_conjecture_say_so() {
     let all = machines(&scratch);
     for (text, assumes) in [(&all[3], true), (&all[4], false)] {
         scratch.file("m.toml", text);
-        let page = scratch.run(&["machine", "m.toml"]).ends_with(0).out;
+        let page = scratch.run("machine m.toml").ends_with(0).out;
         assert_eq!(page.contains("regimes and limits assume"), assumes, "{page}");
-        let speed = "machine.belt_speed={from = 0.05, to = 0.1, points = 2}";
-        let mut run = vec!["run", "m.toml", "--quiet", "--overwrite"];
-        run.extend(["--set", speed, "--set", "output.path=m.h5", "--set", "output.fields=[\"regime\"]"]);
-        scratch.run(&run).ends_with(0);
+        let speed = "machine.belt_speed={from=0.05,to=0.1,points=2}";
+        let what = "--set output.path=m.h5 --set output.fields=[\"regime\"]";
+        scratch.run(&format!("run m.toml --quiet --overwrite --set {speed} {what}")).ends_with(0);
         let map = hdf5::File::open(scratch.path().join("m.h5")).unwrap();
         assert_eq!(map.dataset("regime").unwrap().attr("conjecture").is_ok(), assumes);
     }

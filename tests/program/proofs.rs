@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::command::{Run, Scratch};
+use crate::command::{Run, Says, Scratch};
 use serde_json::Value;
 
 const JOB: &str = "\
@@ -89,10 +89,10 @@ fn a_proof_is_replaced_by_overwriting_and_by_a_run_that_goes_on() {
     assert_eq!(scratch.read("proof.json"), first);
     // Overwriting is announced, by dry runs as well.
     let dry = run(&scratch, &["other.toml", "--overwrite", "--dry-run"]).ends_with(0);
-    assert!(dry.out.contains("replaces") && dry.out.contains("proof.json ("), "{}", dry.out);
+    dry.out.says(&["replaces", "proof.json ("]);
     let loud = run(&scratch, &["other.toml", "--overwrite"]).ends_with(0);
-    assert!(loud.err.contains("note: proof.json (") && loud.err.contains("will be replaced"), "{}", loud.err);
-    scratch.run(&["check", "--proof", "proof.json"]).ends_with(0);
+    loud.err.says(&["note: proof.json (", "will be replaced"]);
+    scratch.run("check --proof proof.json").ends_with(0);
     assert!(scratch.read("proof.json") != first);
 }
 
@@ -107,7 +107,7 @@ fn the_proof_of_a_point_is_kept_and_verified() {
     for (name, point) in [("a.json", &stribeck[..]), ("b.json", &formula), ("c.json", &table)] {
         scratch.run(&[&["probe"], point, &["--proof", name]].concat()).ends_with(0);
         let check = scratch.run(&["check", "--proof", name]).ends_with(0);
-        assert!(check.out.contains("one point, present") && check.out.contains("sound"), "{}", check.out);
+        check.out.says(&["one point, present", "sound"]);
         // Nothing is replaced without --overwrite.
         scratch.run(&[&["probe"], point, &["--proof", name]].concat()).refuses(&["exists already"]);
         if name == "a.json" {
@@ -115,18 +115,18 @@ fn the_proof_of_a_point_is_kept_and_verified() {
         }
         let text = scratch.read(name);
         scratch.file("again.json", written_again(&text));
-        scratch.run(&["check", "--proof", "again.json"]).ends_with(0);
+        scratch.run("check --proof again.json").ends_with(0);
         // Digits that are lost make another claim, which is proved or refused.
         let mut short: Value = serde_json::from_str(&text).unwrap();
         let edge = short["critical_c"][0].as_f64().unwrap();
         short["critical_c"][0] = format!("{:.6}", edge + 1e-6).parse::<f64>().unwrap().into();
         scratch.file("wrong.json", short.to_string());
-        scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
+        scratch.run("check --proof wrong.json").ends_with(1);
         scratch.file("wrong.json", text.replace("\"present\"", "\"absent\""));
-        let wrong = scratch.run(&["check", "--proof", "wrong.json"]).ends_with(1);
-        assert!(wrong.out.contains("the verdict that is proved is present"), "{}", wrong.out);
+        let wrong = scratch.run("check --proof wrong.json").ends_with(1);
+        wrong.out.says(&["the verdict that is proved is present"]);
         scratch.file("wrong.json", text.replace("\"written_by\"", "\"written\""));
-        scratch.run(&["check", "--proof", "wrong.json"]).refuses(&["is not a proof"]);
+        scratch.run("check --proof wrong.json").refuses(&["is not a proof"]);
     }
 }
 
@@ -139,14 +139,11 @@ epsilon = 1.0
 mu = [0.5, 0.6]
 V = [1.0, 1.1]
 c = [0.0, 0.2, 0.4]
-[methods]
-run = [\"validated\"]
-[validated]
-boxes = 2
-proof = \"proof.json\"
-[output]
-path = \"map.h5\"
 ";
+
+/// Proofs over boxes, behind either of these.
+const PROVED: &str = "[methods]\nrun = [\"validated\"]\n[validated]\nboxes = 2\nproof = \"proof.json\"\n\
+                      [output]\npath = \"map.h5\"\n";
 
 /// A machine's friction as measured: its box has a proof as well.
 const MACHINE: &str = "\
@@ -159,13 +156,6 @@ stiffness = 505000.0
 normal_force = 1000.0
 belt_speed = [0.2, 0.21]
 damping = [0.0, 300.0, 600.0]
-[methods]
-run = [\"validated\"]
-[validated]
-boxes = 2
-proof = \"proof.json\"
-[output]
-path = \"map.h5\"
 ";
 
 #[test]
@@ -174,15 +164,15 @@ fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
         [(FORMULA, "epsilon [1.0, 1.0], mu [0.5, 0.6], V [1.0, 1.1]"), (MACHINE, "epsilon [1.0, 1.0], V")]
     {
         let scratch = Scratch::new();
-        scratch.file("job.toml", job);
+        scratch.file("job.toml", format!("{job}{PROVED}"));
         scratch
             .file("friction.csv", "0,0.4\n0.02,0.37\n0.05,0.34\n0.1,0.31\n0.2,0.285\n0.4,0.27\n0.8,0.262\n");
-        let printed: Value = serde_json::from_str(&run(&scratch, &["job.toml", "--json"]).out).unwrap();
+        let printed = run(&scratch, &["job.toml", "--json"]).json();
         let share = |name: &str| printed["proved"][name].as_f64().unwrap();
         let (present, absent, undecided) = (share("present"), share("absent"), share("undecided_at_most"));
         assert!(present > 0.1 && absent > 0.1 && undecided < 0.2, "{printed}");
         assert!((present + absent + undecided - 1.0).abs() < 1e-9, "{printed}");
-        let checked = scratch.run(&["check", "--proof", "proof.json"]);
+        let checked = scratch.run("check --proof proof.json");
         assert!(checked.code == 0 && checked.out.contains(axes), "{}{}", checked.out, checked.err);
         // A claim twice as sharp, in the text.
         let text = fs::read_to_string(scratch.path().join("proof.json")).unwrap();
@@ -190,7 +180,7 @@ fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
         let radius = proof["tiles"][0]["radius"].as_f64().unwrap();
         proof["tiles"][0]["radius"] = (0.5 * radius).into();
         scratch.file("forged.json", proof.to_string());
-        let forged = scratch.run(&["check", "--proof", "forged.json"]);
+        let forged = scratch.run("check --proof forged.json");
         assert!(forged.code == 1 && forged.out.contains("tile 1"), "{}{}", forged.out, forged.err);
         // Written by another run: not replaced.
         run(&scratch, &["job.toml", "--set", "output.path=\"other.h5\"", "--set", "validated.boxes=3"])
@@ -210,21 +200,7 @@ const CANCEL: [&str; 4] = [
 fn formulas_that_cancel_are_no_friction_laws_anywhere() {
     let scratch = Scratch::new();
     let probe = |phi: &str| {
-        scratch.run(&[
-            "probe",
-            "--law",
-            "expression",
-            "--phi",
-            phi,
-            "--epsilon",
-            "1",
-            "--V",
-            "1",
-            "--c",
-            "0.05",
-            "--proof",
-            "c.json",
-        ])
+        scratch.run(&format!("probe --law expression --phi {phi} --epsilon 1 --V 1 --c 0.05 --proof c.json"))
     };
     for phi in CANCEL {
         probe(phi).refuses(&["--phi: phi(0) is 1 only up to rounding", "terms cancel"]);
@@ -239,7 +215,7 @@ fn formulas_that_cancel_are_no_friction_laws_anywhere() {
     // A forger writes them into a valid certificate.
     let honest = "0.5+0.5*exp(-u)";
     probe(honest).ends_with(0);
-    scratch.run(&["check", "--proof", "c.json"]).ends_with(0);
+    scratch.run("check --proof c.json").ends_with(0);
     let valid = scratch.read("c.json");
     let lists = |text: String| format!("{{\"format\":\"slipmap proof 1\",\"statement\":\"\",{text}}}");
     let empty = "[],".repeat(3_000_000);

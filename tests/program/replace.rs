@@ -12,24 +12,13 @@ fn figures_and_tables_never_replace_what_is_read() {
         "[grid]\nepsilon = 0.1\nalpha = 0.3\nbeta = 0.1\ngamma = [1.0, 2.0]\nV = 1.0\nc = [0.2, 1.5]\n\
          [methods]\nrun = [\"symmetric\"]\n[output]\npath = \"map.h5\"\n",
     );
-    scratch.run(&["run", "job.toml"]).ends_with(0);
+    scratch.run("run job.toml").ends_with(0);
     scratch.file("points.csv", "epsilon,alpha,beta,gamma,V,c\n0.1,0.3,0.1,2.0,1.0,0.5\n");
     let before: Vec<Vec<u8>> =
         scratch.names().iter().map(|name| fs::read(scratch.path().join(name)).unwrap()).collect();
     let plot = |out: &str| {
-        scratch.run(&[
-            "plot",
-            "map.h5",
-            "--x",
-            "gamma",
-            "--y",
-            "c",
-            "--variable",
-            "verdict_symmetric",
-            "--out",
-            out,
-            "--overwrite",
-        ])
+        let plot = "plot map.h5 --x gamma --y c --variable verdict_symmetric --overwrite";
+        scratch.run(&format!("{plot} --out {out}"))
     };
     let points = |out: &str| scratch.run(&["probe", "--points", "points.csv", "--out", out, "--overwrite"]);
     plot("map.h5").refuses(&["map.h5: this is what is read"]);

@@ -1,41 +1,24 @@
 //! Stopped runs are resumed to the same map, however they were stopped.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
-use crate::command::{Run, Scratch, journal_bytes, journals, random};
-use crate::map_equal::{REFERENCE, assert_same, contents, scratch};
+use crate::command::{Run, Says, Scratch, journal_bytes, journals, random, signal, wait_for_journals};
+use crate::map_equal::{assert_same, contents, reference, scratch};
 use slipmap::friction::Law;
 use slipmap::map::{Account, Control, Field, Grid, Method, Plan, Queue, compute_tiles};
 use slipmap::store::{Existing, Outcome, PartialMap, Provenance, Resumed};
 
-/// The map of an uninterrupted run.
-fn reference(scratch: &Scratch) -> PathBuf {
-    let path = scratch.path().join("reference.h5");
-    fs::copy(&*REFERENCE, &path).unwrap();
-    path
-}
-
 fn start(scratch: &Scratch, arguments: &[&str]) -> Child {
-    let mut command = scratch.command(&[&["run", "job.toml"], arguments].concat());
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
-}
-
-fn signal(child: &Child, name: &str) {
-    let status = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
-    assert!(status.success());
+    scratch.start(&[&["run", "job.toml"], arguments].concat())
 }
 
 /// Waits until a run has added some of the 40 tiles, of about 25 kB each, to the `before` bytes of journals.
 fn wait_for_tiles(scratch: &Scratch, before: u64) {
-    let start = Instant::now();
-    while journal_bytes(scratch.path()) < before + 100_000 {
-        assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_for_journals(scratch.path(), before + 100_000);
 }
 
 /// A run stopped by SIGKILL after its first tiles.
@@ -57,7 +40,7 @@ fn kill_and_resume(kills: usize, seed: u64) {
     let reference = reference(&scratch);
     let map = scratch.path().join("map.h5");
     let begun = Instant::now();
-    scratch.run(&["run", "job.toml", "--threads", "2"]).ends_with(0);
+    scratch.run("run job.toml --threads 2").ends_with(0);
     let seconds = begun.elapsed().as_secs_f64();
     assert_same(&map, &reference);
     fs::remove_file(&map).unwrap();
@@ -183,14 +166,10 @@ fn a_folder_that_disappears_during_a_run_is_reported() {
     let scratch = scratch();
     let away = ["--set", "output.path=\"away/map.h5\"", "--threads", "1"];
     let child = start(&scratch, &away);
-    let begun = Instant::now();
-    while journal_bytes(&scratch.path().join("away")) < 100_000 {
-        assert!(begun.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_for_journals(&scratch.path().join("away"), 100_000);
     fs::remove_dir_all(scratch.path().join("away")).unwrap();
-    let run = Run::of(child.wait_with_output().unwrap()).ends_with(1);
-    assert!(run.err.contains("away/map.h5.part.") && run.err.contains(" is gone"), "{}", run.err);
+    let run = Run::after(child).ends_with(1);
+    run.err.says(&["away/map.h5.part.", " is gone"]);
     assert!(!run.err.contains("to continue"), "nothing is left to continue: {}", run.err);
     assert_eq!(scratch.names(), ["job.toml"]);
 }
@@ -204,14 +183,14 @@ fn an_interrupted_run_keeps_finished_tiles_and_names_the_command_to_continue() {
         let child = start(&scratch, &["--threads", "1", "--resume"]);
         wait_for_tiles(&scratch, before);
         signal(&child, name);
-        let run = Run::of(child.wait_with_output().unwrap()).ends_with(code);
+        let run = Run::after(child).ends_with(code);
         let way = "to continue: slipmap run job.toml --threads 1 --resume";
-        assert!(run.err.contains("tiles finished and kept") && run.err.contains(way), "{}", run.err);
+        run.err.says(&["tiles finished and kept", way]);
         assert_eq!(journals(scratch.path()).len(), number + 1);
     }
-    let run = scratch.run(&["run", "job.toml", "--resume", "--json"]).ends_with(0);
-    assert!(run.err.contains("tiles finished"), "{}", run.err);
-    let summary: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    let run = scratch.run("run job.toml --resume --json").ends_with(0);
+    run.err.says(&["tiles finished"]);
+    let summary = run.json();
     assert!(summary["resumed_tiles"].as_u64() > Some(0));
     assert_eq!(summary["audit"]["cells"], 50, "the audits of all runs count");
     assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);
@@ -231,10 +210,10 @@ fn an_interrupted_run_is_neither_ignored_nor_overwritten() {
     let journal = &journals(scratch.path())[0];
     let before = fs::read(journal).unwrap();
     let help = ["map.h5.part.", "holds the finished tiles of an interrupted run", "--resume", "--overwrite"];
-    scratch.run(&["run", "job.toml"]).refuses(&help);
+    scratch.run("run job.toml").refuses(&help);
     assert_eq!(fs::read(journal).unwrap(), before);
     scratch.run(&["check", &journal.to_string_lossy()]).refuses(&["a run that was interrupted", "--resume"]);
-    scratch.run(&["run", "job.toml", "--resume", "--overwrite"]).refuses(&["--resume", "--overwrite"]);
+    scratch.run("run job.toml --resume --overwrite").refuses(&["--resume", "--overwrite"]);
     let small = ["--set", "grid.alpha=0.3", "--set", "grid.gamma.points=2"];
     scratch.run(&[&["run", "job.toml", "--overwrite"][..], &small].concat()).ends_with(0);
     assert_eq!(scratch.names(), ["job.toml", "map.h5"]);
@@ -259,14 +238,13 @@ fn changed_plans_are_refused_and_shown() {
     fs::rename(&journals(scratch.path())[0], scratch.path().join("moved.h5.part.letters")).unwrap();
     let other = ["--set", "title=Another title", "--set", "output.path=./moved.h5"];
     let run = scratch.run(&[&["run", "commented.toml", "--resume"], &other[..]].concat()).ends_with(0);
-    assert!(run.err.contains("resuming with"), "{}", run.err);
+    run.err.says(&["resuming with"]);
     let map = slipmap::store::MapFile::open(&scratch.path().join("moved.h5")).unwrap();
     assert_eq!(map.text("title"), Some("Another title"));
     assert!(map.text("config").unwrap().contains("# a thought"));
     fs::rename(scratch.path().join("moved.h5"), scratch.path().join("map.h5")).unwrap();
     // A finished map needs no resuming, but only if it is the requested one.
-    let again = scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
-    assert!(again.err.contains("is complete already"), "{}", again.err);
+    scratch.run("run job.toml --resume").ends_with(0).err.says(&["is complete already"]);
     changed(&["--set", "grid.V=1.0"], &["map.h5 was begun as something else", "+ V = 1.0"]);
 }
 
@@ -287,7 +265,7 @@ fn damaged_tiles_are_reported_and_computed_again() {
             _ => bytes.truncate(place),
         }
         fs::write(&journal, &bytes).unwrap();
-        let run = scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+        let run = scratch.run("run job.toml --resume").ends_with(0);
         if round % 2 == 0 {
             assert!(run.err.contains("cut short or damaged"), "byte {place}: {}", run.err);
         }
@@ -309,8 +287,7 @@ fn files_that_are_not_journals_are_not_changed() {
         bytes[place] ^= 1;
     }
     fs::write(journal, bytes).unwrap();
-    let run = scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
-    assert!(run.err.contains("cut short or damaged"), "{}", run.err);
+    scratch.run("run job.toml --resume").ends_with(0).err.says(&["cut short or damaged"]);
     check(&scratch, "map.h5");
     assert_eq!(scratch.read("map.h5.part.mine"), "notes of mine");
     assert_eq!(scratch.names(), ["job.toml", "map.h5", "map.h5.part"]);
@@ -326,10 +303,10 @@ fn a_run_that_replaces_a_map_keeps_the_old_one_until_the_end() {
     let child = start(&scratch, &["--overwrite", "--threads", "1"]);
     wait_for_tiles(&scratch, 0);
     signal(&child, "-INT");
-    let run = Run::of(child.wait_with_output().unwrap()).ends_with(130);
-    assert!(run.err.contains("to continue: slipmap run job.toml --threads 1 --resume"), "{}", run.err);
+    let run = Run::after(child).ends_with(130);
+    run.err.says(&["to continue: slipmap run job.toml --threads 1 --resume"]);
     assert_eq!(fs::read(&map).unwrap(), old);
-    scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+    scratch.run("run job.toml --resume").ends_with(0);
     assert_ne!(fs::read(&map).unwrap(), old);
     check(&scratch, "map.h5");
     assert_eq!(scratch.names(), ["job.toml", "map.h5"]);

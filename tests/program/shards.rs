@@ -7,39 +7,30 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::command::{Run, Scratch, journal_bytes, journals, random};
-use crate::map_equal::{REFERENCE, assert_same, scratch};
-
-/// The map of one process, under another name.
-fn reference(scratch: &Scratch) -> std::path::PathBuf {
-    let path = scratch.path().join("reference.h5");
-    fs::copy(&*REFERENCE, &path).unwrap();
-    path
-}
+use crate::command::{Run, Says, Scratch, journal_bytes, journals, random, signal};
+use crate::map_equal::{assert_same, reference, scratch};
 
 fn shard(scratch: &Scratch, number: usize, of: usize) -> Child {
-    let shard = format!("{number}/{of}");
-    let mut command = scratch.command(&["run", "job.toml", "--threads", "1", "--shard", &shard]);
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    scratch.start(&format!("run job.toml --threads 1 --shard {number}/{of}"))
 }
 
 #[track_caller]
 fn finishes(child: Child) -> Run {
-    Run::of(child.wait_with_output().unwrap()).ends_with(0)
+    Run::after(child).ends_with(0)
 }
 
 /// Merges, compares with the reference, and removes the map.
 #[track_caller]
 fn merges(scratch: &Scratch, reference: &Path) {
-    scratch.run(&["merge", "job.toml"]).ends_with(0);
-    scratch.run(&["check", "map.h5"]).ends_with(0);
+    scratch.run("merge job.toml").ends_with(0);
+    scratch.run("check map.h5").ends_with(0);
     assert_same(&scratch.path().join("map.h5"), reference);
     assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);
     fs::remove_file(scratch.path().join("map.h5")).unwrap();
 }
 
 fn status(scratch: &Scratch) -> Value {
-    serde_json::from_str(&scratch.run(&["status", "job.toml", "--json"]).ends_with(0).out).unwrap()
+    scratch.json("status job.toml")
 }
 
 /// Two at a time, as on two cores.
@@ -63,7 +54,7 @@ fn shards_may_overlap_be_lost_and_run_twice() {
     let scratch = scratch();
     let reference = reference(&scratch);
     // Nothing yet: the rest of a run is named, and nothing is made.
-    scratch.run(&["merge", "job.toml"]).refuses(&["40 tiles of 40 missing", "slipmap run job.toml --resume"]);
+    scratch.run("merge job.toml").refuses(&["40 tiles of 40 missing", "slipmap run job.toml --resume"]);
     finishes(shard(&scratch, 3, 4));
     let journal = journals(scratch.path()).remove(0);
     // The same twice at once, another time with another number of shards.
@@ -72,17 +63,15 @@ fn shards_may_overlap_be_lost_and_run_twice() {
     }
     let help = "slipmap run job.toml --shard K/4 for K = 3";
     fs::rename(&journal, scratch.path().join("lost")).unwrap();
-    scratch.run(&["merge", "job.toml"]).refuses(&["10 tiles of 40 missing", help]);
+    scratch.run("merge job.toml").refuses(&["10 tiles of 40 missing", help]);
     let found = status(&scratch);
     assert_eq!([&found["tiles"], &found["done"], &found["left"]], [40, 30, 10], "{found}");
     assert_eq!(found["missing_shards"], serde_json::json!([3]));
     assert!(found["seconds_left"].as_f64() > Some(0.0), "{found}");
-    let told = scratch.run(&["status", "job.toml"]).ends_with(0).out;
-    assert!(told.contains("30 of 40 tiles finished") && told.contains(help), "{told}");
+    scratch.run("status job.toml").ends_with(0).out.says(&["30 of 40 tiles finished", help]);
     // A shard that finds all its tiles computes nothing, and leaves no journal.
     let before = journals(scratch.path()).len();
-    let again = finishes(shard(&scratch, 4, 4));
-    assert!(again.err.contains("resuming with 10 of 40 tiles finished"), "{}", again.err);
+    finishes(shard(&scratch, 4, 4)).err.says(&["resuming with 10 of 40 tiles finished"]);
     assert_eq!(journals(scratch.path()).len(), before);
     // The lost journal comes back.
     fs::rename(scratch.path().join("lost"), &journal).unwrap();
@@ -95,15 +84,14 @@ fn a_complete_map_is_left_as_it_is() {
     finishes(shard(&scratch, 1, 1));
     let leftover = journals(scratch.path()).remove(0);
     let tiles = fs::read(&leftover).unwrap();
-    scratch.run(&["merge", "job.toml"]).ends_with(0);
+    scratch.run("merge job.toml").ends_with(0);
     let map = fs::read(scratch.path().join("map.h5")).unwrap();
     // Of a process that was stopped before it could remove its journal.
     fs::write(leftover, tiles).unwrap();
     // Of one that was stopped before it wrote to its own.
     fs::write(scratch.path().join("map.h5.part.aB1xYz"), "").unwrap();
     for arguments in [&["merge", "job.toml", "--json"][..], &["run", "job.toml", "--shard", "2/5"]] {
-        let run = scratch.run(arguments).ends_with(0);
-        assert!(run.err.contains("map.h5 is complete already"), "{}", run.err);
+        scratch.run(arguments).ends_with(0).err.says(&["map.h5 is complete already"]);
     }
     assert_eq!(status(&scratch)["complete"], true);
     assert_eq!(fs::read(scratch.path().join("map.h5")).unwrap(), map);
@@ -116,8 +104,8 @@ fn a_complete_map_is_left_as_it_is() {
             .run(&[command, &other].concat())
             .refuses(&["map.h5 was begun as something else", "+ V = 1.0"]);
     }
-    scratch.run(&["run", "job.toml", "--shard", "3/2"]).refuses(&["--shard", "3/64"]);
-    scratch.run(&["run", "job.toml", "--shard", "1/2", "--overwrite"]).refuses(&["--overwrite"]);
+    scratch.run("run job.toml --shard 3/2").refuses(&["--shard", "3/64"]);
+    scratch.run("run job.toml --shard 1/2 --overwrite").refuses(&["--overwrite"]);
 }
 
 /// Runs random shards, each killed at a random time, until `kills` were killed; then all shards once, and merges.
@@ -139,7 +127,7 @@ fn kill(kills: usize, seed: u64) {
     (1..=3).for_each(|number| drop(finishes(shard(&scratch, number, 3))));
     // Merging is killed as well.
     for _ in 0..kills / 5 {
-        let mut merge = scratch.command(&["merge", "job.toml"]).stdout(Stdio::null()).spawn().unwrap();
+        let mut merge = scratch.command("merge job.toml").stdout(Stdio::null()).spawn().unwrap();
         std::thread::sleep(Duration::from_secs_f64(0.05 * random(&mut state)));
         let _ = merge.kill();
         merge.wait().unwrap();
@@ -165,18 +153,17 @@ fn a_time_limit_ends_a_shard_with_a_code_of_its_own() {
             break;
         }
         let run = run.ends_with(75);
-        assert!(run.err.contains("the time limit was reached"), "{}", run.err);
+        run.err.says(&["the time limit was reached"]);
         let bytes = journal_bytes(scratch.path());
         assert!(bytes >= before);
         if bytes > before {
             let way = "to continue: slipmap run job.toml --shard 1/1 --threads 1 --time-limit 400ms";
-            assert!(run.err.contains(way), "{}", run.err);
+            run.err.says(&[way]);
         }
         before = bytes;
     }
-    let mut child = scratch.command(&["run", "job.toml", "--set", "output.path=b.h5", "--shard=1/2"]);
-    let child = child.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
+    let child = scratch.start("run job.toml --set output.path=b.h5 --shard=1/2");
+    signal(&child, "-TERM");
     let code = child.wait_with_output().unwrap().status.code();
     // The signal may come before the program listens.
     assert!(code == Some(143) || code.is_none(), "{code:?}");
@@ -184,7 +171,7 @@ fn a_time_limit_ends_a_shard_with_a_code_of_its_own() {
         fs::remove_file(journal).unwrap();
     }
     merges(&scratch, &reference);
-    scratch.run(&["run", "job.toml", "--time-limit", "soon"]).refuses(&["--time-limit"]);
+    scratch.run("run job.toml --time-limit soon").refuses(&["--time-limit"]);
 }
 
 /// A merge that finds no room keeps the journals, and succeeds when there is.

@@ -7,11 +7,6 @@ use slipmap::store::MapFile;
 
 use crate::command::Scratch;
 
-fn json(scratch: &Scratch, arguments: &[&str]) -> Value {
-    let said = scratch.run(&[arguments, &["--json"]].concat()).ends_with(0).out;
-    serde_json::from_str(&said).unwrap()
-}
-
 fn near(value: &Value, expected: f64, relative: f64) {
     let value = value.as_f64().unwrap();
     assert!((value / expected - 1.0).abs() <= relative, "{value} {expected}");
@@ -25,7 +20,7 @@ fn published_machines_have_their_numbers() {
         let text =
             format!("[friction]\nlaw = \"coulomb\"\n[machine]\nmotion = \"{motion}\"\n{mass}\n{numbers}\n");
         scratch.file("machine.toml", text);
-        json(&scratch, &["machine", "machine.toml"])
+        scratch.json("machine machine.toml")
     };
     let block = machine([
         "translation",
@@ -48,7 +43,7 @@ fn published_machines_have_their_numbers() {
     ]);
     // It sticks while the spring takes up twice the drop: 2 (0.5 - 0.3) 9.81 / (50 * 0.05).
     near(&pull["stick_time"], 1.5696, 1e-9);
-    let page = scratch.run(&["machine", "machine.toml"]).ends_with(0).out;
+    let page = scratch.run("machine machine.toml").ends_with(0).out;
     assert!(!page.contains("Stribeck velocity"), "{page}");
 }
 
@@ -59,10 +54,10 @@ fn the_exponent_of_the_fall_is_a_parameter() {
     let point = ["--epsilon", "1", "--V", "0.5", "--c", "0.1", "--mu", "0.6", "--vs", "0.3", "--eta", "0.02"];
     let formula = |exponent: &str| {
         let phi = format!("0.6 + 0.4*exp(-(u/0.3)^{exponent}) + 0.02*u");
-        json(&scratch, &["probe", "--phi", &phi, "--epsilon", "1", "--V", "0.5", "--c", "0.1"])
+        scratch.json(&["probe", "--phi", &phi, "--epsilon", "1", "--V", "0.5", "--c", "0.1"])
     };
     let named =
-        |more: &[&str]| json(&scratch, &[&["probe", "--law", "exponential"], &point[..], more].concat());
+        |more: &[&str]| scratch.json(&[&["probe", "--law", "exponential"], &point[..], more].concat());
     let mut dampings = vec![named(&["--exponent", "1"])["critical_c"]["value"].clone()];
     for exponent in ["1.5", "3"] {
         let (named, formula) = (named(&["--exponent", exponent]), formula(exponent));
@@ -78,7 +73,7 @@ fn the_exponent_of_the_fall_is_a_parameter() {
         "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.6\nvs = 0.3\neta = 0.02\nexponent = [1.0, 1.5, 3.0]\n\
          V = 0.5\nc = [0.05, 0.1]\n[output]\npath = \"map.h5\"\nfields = [\"critical_c\"]",
     );
-    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
+    scratch.run("run map.toml --quiet").ends_with(0);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let grid = map.grid();
     assert_eq!(grid.law(), &Law::Stretched);
@@ -96,7 +91,7 @@ fn a_drop_is_the_same_however_it_is_written() {
     scratch.file("two.csv", "u,friction\n0,0.5\n0,0.35\n1,0.35\n10,0.35\n");
     scratch.file("slip.csv", "u,friction\n0,0.35\n1,0.35\n10,0.35\n");
     let point = ["--epsilon", "1", "--V", "0.5", "--c", "0.01"];
-    let ask = |law: &[&str]| json(&scratch, &[&["probe"], law, &point].concat());
+    let ask = |law: &[&str]| scratch.json(&[&["probe"], law, &point].concat());
     let coulomb = ask(&["--law", "coulomb", "--drop", "0.3", "--eta", "0"]);
     for law in [
         &["--phi", "0.35", "--static", "0.5"][..],
@@ -118,7 +113,7 @@ fn a_drop_is_the_same_however_it_is_written() {
         [("0.5", "0.178213689002", 0.498613145150848), ("1", "0.0894123558135", 0.996536071726422)]
     {
         let law = ["probe", "--phi", "0.6 + 0.2*exp(-u/0.5)", "--static", "1", "--epsilon", "1"];
-        let found = json(&scratch, &[&law[..], &["--V", belt_speed, "--c", c]].concat());
+        let found = scratch.json(&[&law[..], &["--V", belt_speed, "--c", c]].concat());
         near(&found["basin_boundary"]["kick"]["forward"], forward, 1e-11);
         assert_eq!(found["basin_boundary"]["cycle"], Value::Null);
         assert_eq!(found["regime"], "bistable");
@@ -144,7 +139,7 @@ fn a_drop_is_the_same_however_it_is_written() {
     let header = rows.headers().unwrap().clone();
     let column = header.iter().position(|name| name == "critical_c").unwrap();
     for (row, more) in rows.records().zip([&["--drop", "0.3", "--exponent", "2"][..], &[]]) {
-        let alone = json(&scratch, &[&law[..], more, &point[2..]].concat());
+        let alone = scratch.json(&[&law[..], more, &point[2..]].concat());
         near(&alone["critical_c"]["value"], row.unwrap()[column].parse().unwrap(), 1e-15);
     }
     let formula = ["probe", "--phi", "0.35", "--static", "0.5", "--epsilon", "1"];
@@ -159,7 +154,7 @@ fn a_smoothed_law_rests_at_its_peak() {
         let line = ["probe", "--phi", phi, "--epsilon", "1"];
         [&line[..], more].concat().into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
-    let ask = |line: &[String]| json(&scratch, &line.iter().map(String::as_str).collect::<Vec<_>>());
+    let ask = |line: &[String]| scratch.json(&line.iter().map(String::as_str).collect::<Vec<_>>());
     let point = ["--V", "0.5", "--c", "0.1"];
     let rest = [&point[..], &["--rest", "peak"]].concat();
     // A ramp that vanishes leaves the law itself: its width shifts c* at first order.
@@ -185,7 +180,7 @@ fn a_smoothed_law_rests_at_its_peak() {
     let table = ["probe", "--epsilon", "1", "--V", "0.5", "--c", "0.1", "--table"];
     scratch.run(&[&table[..], &["ramp.csv"]].concat()).refuses(&["ramp.csv:2", "vanishes at rest"]);
     let [at_peak, flat] = [&["ramp.csv", "--rest", "peak"][..], &["flat.csv", "--static", "0.5"]]
-        .map(|more| json(&scratch, &[&table[..], more].concat()));
+        .map(|more| scratch.json(&[&table[..], more].concat()));
     assert_eq!(at_peak["critical_c"], flat["critical_c"]);
     let job = |more: &str| {
         format!(
@@ -194,12 +189,12 @@ fn a_smoothed_law_rests_at_its_peak() {
         )
     };
     scratch.file("job.toml", job(""));
-    scratch.run(&["run", "job.toml"]).refuses(&["vanishes at rest", "rest = \"peak\""]);
+    scratch.run("run job.toml").refuses(&["vanishes at rest", "rest = \"peak\""]);
     scratch.file("job.toml", job("rest = \"peak\"\nstatic = 0.5"));
-    scratch.run(&["run", "job.toml"]).refuses(&["written twice"]);
+    scratch.run("run job.toml").refuses(&["written twice"]);
     scratch.file("job.toml", job("rest = \"peak\""));
-    scratch.run(&["run", "job.toml", "--quiet"]).ends_with(0);
-    scratch.run(&["check", "peak.h5"]).ends_with(0);
+    scratch.run("run job.toml --quiet").ends_with(0);
+    scratch.run("check peak.h5").ends_with(0);
 }
 
 /// Slip speeds below the peak are those of constant friction, of which nothing is proved: the belt is neutral. At V = 0.1 the
@@ -211,7 +206,7 @@ fn up_to_its_peak_a_law_is_flat() {
         "tanh(24.692021080803926*u)*(0.8627723410693893+(1-0.8627723410693893)*exp(-u/0.32105559944617307))";
     let probe = |belt_speed: &str| {
         let line = ["probe", "--phi", law, "--rest", "peak", "--epsilon", "1", "--V", belt_speed, "--c", "0"];
-        json(&scratch, &line)
+        scratch.json(&line)
     };
     let slow = probe("0.005");
     let critical = &slow["critical_c"];
@@ -233,8 +228,8 @@ fn a_map_over_the_drop_is_that_of_its_points() {
                V = [0.2, 1.0]\nc = [0.01, 0.1, 0.3]\n\
                [output]\npath = \"map.h5\"\nfields = [\"verdict\", \"critical_c\", \"regime\", \"basin\"]\n";
     scratch.file("job.toml", job);
-    scratch.run(&["run", "job.toml", "--quiet"]).ends_with(0);
-    scratch.run(&["check", "map.h5"]).ends_with(0);
+    scratch.run("run job.toml --quiet").ends_with(0);
+    scratch.run("check map.h5").ends_with(0);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let grid = map.grid();
     let names: Vec<_> = grid.axes().iter().map(|axis| axis.name.clone()).collect();
@@ -248,7 +243,7 @@ fn a_map_over_the_drop_is_that_of_its_points() {
             let (drop, speed) = (text(*drop), text(*belt_speed));
             let point = ["--mu", "0.8", "--vs", "0.5", "--eta", "0", "--drop", &drop, "--V", &speed];
             let law = ["probe", "--law", "exponential", "--epsilon", "1", "--c", "0.1"];
-            let found = json(&scratch, &[&law[..], &point].concat());
+            let found = scratch.json(&[&law[..], &point].concat());
             near(&found["critical_c"]["value"], stored, 1e-6);
         }
     }

@@ -4,67 +4,50 @@
 
 mod oracle;
 
-use crate::sample::Random;
+use crate::sample::{Random, Sample};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 use slipmap::certify::{Claim, Decision, Guarantee, TESTS, by_name, landing};
-use slipmap::friction::{Column, Law};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// A point of the Stribeck law.
-#[derive(Clone, Copy, Debug)]
-struct Stribeck {
-    epsilon: f64,
-    alpha: f64,
-    beta: f64,
-    gamma: f64,
-    c: f64,
-    v: f64,
-}
-
-impl Stribeck {
-    fn column(&self) -> Column {
-        let law = [self.alpha, self.beta, self.gamma];
-        Law::Stribeck.column(&Law::Stribeck.point(self.epsilon, &law, self.v, self.c).unwrap())
-    }
-
+impl Sample {
     fn claim(&self, test: &str) -> Claim {
         let Some(test) = by_name(test) else { panic!("no test is called {test}") };
         (test.claim)(&self.column())
     }
 
     fn decide(&self, test: &str) -> Decision {
-        self.claim(test).decide(self.c)
+        self.claim(test).decide(self.damping)
     }
 
     /// D(u), from the derivative of the law.
     fn divergence(&self, u: f64) -> f64 {
-        let Self { epsilon, alpha, beta, gamma, c, .. } = *self;
+        let Self { epsilon, alpha, beta, gamma, damping, .. } = *self;
         let q = 1.0 + epsilon * gamma * u;
-        epsilon * (gamma * (1.0 - alpha) / (q * q) - 2.0 * beta * u - c)
+        epsilon * (gamma * (1.0 - alpha) / (q * q) - 2.0 * beta * u - damping)
     }
 
     /// Bound on the round-off of a threshold that is a difference of two terms, the larger of which are
     /// gamma (1 - alpha) and 4 beta V, each computed with at most 32 roundings of half a unit.
     fn threshold_error(&self) -> f64 {
-        16.0 * f64::EPSILON * (self.gamma * (1.0 - self.alpha) + 4.0 * self.beta * self.v)
+        16.0 * f64::EPSILON * (self.drop_rate() + 4.0 * self.beta * self.belt_speed)
     }
 }
 
 /// eps in [1e-3, 1] and V in [0.1, 10] spread over their decades, the others evenly.
-fn point(random: &mut Random) -> Stribeck {
-    Stribeck {
+fn point(random: &mut Random) -> Sample {
+    Sample {
         epsilon: 10f64.powf(-3.0 * random.unit()),
-        v: 10f64.powf(2.0 * random.unit() - 1.0),
+        belt_speed: 10f64.powf(2.0 * random.unit() - 1.0),
         alpha: random.unit(),
         beta: random.unit(),
         gamma: 10.0 * random.unit(),
-        c: 3.0 * random.unit(),
+        damping: 3.0 * random.unit(),
     }
 }
 
-fn points(seed: u64, count: usize) -> impl Iterator<Item = Stribeck> {
+fn points(seed: u64, count: usize) -> impl Iterator<Item = Sample> {
     let mut random = Random(seed);
     (0..count).map(move |_| point(&mut random))
 }
@@ -72,7 +55,7 @@ fn points(seed: u64, count: usize) -> impl Iterator<Item = Stribeck> {
 use oracle::{Fate, STEPS_PER_TURN, Turn};
 
 /// Random points with their turns, which several tests compare with what the closed forms say.
-static TURNS: LazyLock<Vec<(Stribeck, Turn)>> =
+static TURNS: LazyLock<Vec<(Sample, Turn)>> =
     LazyLock::new(|| points(2, 4000).map(|p| (p, oracle::turn(&p, STEPS_PER_TURN))).collect());
 
 /// Bound on the oracle's error in x2 at the end of a turn, in units of V. Measured by `the_oracle_converges`,
@@ -81,16 +64,16 @@ const ORACLE_ERROR: f64 = 1e-7;
 
 /// Bound on the oracle's error in the square of the landing speed, which is to first order 2 V times the
 /// height above the belt line that the orbit would reach.
-fn squared_speed_error(p: &Stribeck) -> f64 {
-    2.0 * ORACLE_ERROR * p.v * p.v
+fn squared_speed_error(p: &Sample) -> f64 {
+    2.0 * ORACLE_ERROR * p.belt_speed * p.belt_speed
 }
 
 /// Returns whether the oracle's fate is within its error of the grazing boundary or of the end of the stick
 /// segment.
-fn too_close(p: &Stribeck, fate: Fate) -> bool {
+fn too_close(p: &Sample, fate: Fate) -> bool {
     let near = squared_speed_error(p);
     match fate {
-        Fate::Inward(top) => p.v - top < ORACLE_ERROR * p.v,
+        Fate::Inward(top) => p.belt_speed - top < ORACLE_ERROR * p.belt_speed,
         Fate::Sticks(w) | Fate::SticksFromAbove(w) | Fate::Crosses(w) => {
             w * w < near || (w * w - 4.0).abs() < near
         }
@@ -103,14 +86,14 @@ fn the_oracle_converges() {
     for p in points(1, 400) {
         let [coarse, fine] = [1, 2].map(|refine| oracle::turn(&p, refine * STEPS_PER_TURN));
         let difference = match (coarse.fate, fine.fate) {
-            (Fate::Inward(a), Fate::Inward(b)) => (a - b).abs() / p.v,
+            (Fate::Inward(a), Fate::Inward(b)) => (a - b).abs() / p.belt_speed,
             (
                 Fate::Sticks(a) | Fate::SticksFromAbove(a) | Fate::Crosses(a),
                 Fate::Sticks(b) | Fate::SticksFromAbove(b) | Fate::Crosses(b),
-            ) => (a * a - b * b).abs() / (2.0 * p.v * p.v),
+            ) => (a * a - b * b).abs() / (2.0 * p.belt_speed * p.belt_speed),
             (a, b) => panic!("{p:?}: {a:?} {b:?}"),
         };
-        worst = worst.max(difference).max((coarse.amplitude - fine.amplitude).abs() / p.v);
+        worst = worst.max(difference).max((coarse.amplitude - fine.amplitude).abs() / p.belt_speed);
     }
     println!("oracle: largest difference on halving the step {worst:.1e}");
     assert!(worst < 0.1 * ORACLE_ERROR, "{worst}");
@@ -160,14 +143,14 @@ fn presence_begins_where_the_orbit_lands_on_the_stick_segment() {
     let mut random = Random(3);
     let mut lost = Vec::new();
     for _ in 0..10_000 {
-        let base = Stribeck { v: 1.0 + 9.0 * random.unit(), ..point(&mut random) };
+        let base = Sample { belt_speed: 1.0 + 9.0 * random.unit(), ..point(&mut random) };
         let claim = base.claim("symmetric");
         let (from, to) = (claim.sticks_from, claim.present_below);
         if !(from > 0.0 && from < to) {
             continue;
         }
         for c in [0.0, 0.5 * from, from, 0.5 * (from + to), from + 0.999 * (to - from)] {
-            let p = Stribeck { c, ..base };
+            let p = base.at(c);
             let fate = oracle::turn(&p, STEPS_PER_TURN).fate;
             let sticks = matches!(fate, Fate::Sticks(_));
             assert!(sticks || c < from, "{p:?} {fate:?}");
@@ -177,8 +160,7 @@ fn presence_begins_where_the_orbit_lands_on_the_stick_segment() {
             }
         }
         // The true end of the stick segment, by bisection with the oracle.
-        let sticks =
-            |c: f64| matches!(oracle::turn(&Stribeck { c, ..base }, STEPS_PER_TURN).fate, Fate::Sticks(_));
+        let sticks = |c: f64| matches!(oracle::turn(&base.at(c), STEPS_PER_TURN).fate, Fate::Sticks(_));
         let (mut low, mut high) = (0.0, from);
         for _ in 0..12 {
             let middle = 0.5 * (low + high);
@@ -207,13 +189,13 @@ fn bounds_on_the_turn_hold_and_tighten() {
         };
         let column = p.column();
         for (n, excess) in strips.into_iter().zip(&mut excess) {
-            let amplitude = landing::amplitude_bounds([(&column, p.c)], n)[0];
+            let amplitude = landing::amplitude_bounds([(&column, p.damping)], n)[0];
             assert!(
-                amplitude >= turn.amplitude - ORACLE_ERROR * p.v,
+                amplitude >= turn.amplitude - ORACLE_ERROR * p.belt_speed,
                 "{p:?} {n}: {amplitude} {}",
                 turn.amplitude
             );
-            let bound = landing::speed_bound(&column, p.c, n);
+            let bound = landing::speed_bound(&column, p.damping, n);
             assert!(bound * bound >= speed * speed - squared_speed_error(p), "{p:?} {n}: {bound} {speed}");
             if p.decide("instability") == Decision::Present {
                 excess.push(bound / speed - 1.0);
@@ -243,16 +225,16 @@ fn bendixson_claims_presence_where_the_divergence_is_positive_along_the_orbit() 
         if edge <= 0.0 {
             continue;
         }
-        let at = Stribeck { c: edge, ..p };
+        let at = p.at(edge);
         let amplitude = oracle::turn(&at, STEPS_PER_TURN).amplitude;
         assert!(
-            amplitude >= p.v * (1.0 - ORACLE_ERROR),
+            amplitude >= p.belt_speed * (1.0 - ORACLE_ERROR),
             "positive divergence cannot shrink the orbit: {p:?}"
         );
         // The divergence of this law falls with u, and by no more than this per unit of u.
         let slope = p.epsilon * (2.0 * p.epsilon * p.gamma * p.gamma * (1.0 - p.alpha) + 2.0 * p.beta);
-        let least = at.divergence(p.v + amplitude);
-        let error = slope * ORACLE_ERROR * p.v + p.epsilon * p.threshold_error();
+        let least = at.divergence(p.belt_speed + amplitude);
+        let error = slope * ORACLE_ERROR * p.belt_speed + p.epsilon * p.threshold_error();
         assert!(least >= -error, "{p:?} at c = {edge}: {least:e}");
         gaps.push(least / (p.epsilon * edge));
     }
@@ -272,7 +254,7 @@ fn share_of_points_that_symmetric_decides() {
     for p in points(5, total) {
         let claim = p.claim("symmetric");
         let landing_ignored = Claim { sticks_from: f64::NEG_INFINITY, ..claim };
-        let (bold, proved) = (landing_ignored.decide(p.c), claim.decide(p.c));
+        let (bold, proved) = (landing_ignored.decide(p.damping), claim.decide(p.damping));
         without += usize::from(bold != Decision::Undecided);
         with += usize::from(proved != Decision::Undecided);
         if bold != proved {
@@ -314,15 +296,11 @@ fn asymptotic_tests_err_only_where_the_theory_says() {
     assert!(false_present[0] > 0, "the first-order test claims cycles that do not exist");
 }
 
-fn any_point() -> impl Strategy<Value = Stribeck> {
+fn any_point() -> impl Strategy<Value = Sample> {
     (-3.0..0.0, 0.0..=1.0, 0.0..=1.0, 0.0..=10.0, 0.0..3.0, -1.0..1.0).prop_map(
-        |(e, alpha, beta, gamma, c, v)| Stribeck {
-            epsilon: 10f64.powf(e),
-            alpha,
-            beta,
-            gamma,
-            c,
-            v: 10f64.powf(v),
+        |(e, alpha, beta, gamma, damping, v)| {
+            let (epsilon, belt_speed) = (10f64.powf(e), 10f64.powf(v));
+            Sample { epsilon, alpha, beta, gamma, belt_speed, damping }
         },
     )
 }
@@ -353,7 +331,7 @@ proptest! {
     #[test]
     fn claims_scale_exactly_with_powers_of_two(p in any_point(), power in -8i32..=8) {
         let l = 2f64.powi(power);
-        let scaled = Stribeck { epsilon: l * p.epsilon, beta: p.beta / l, gamma: p.gamma / l, ..p };
+        let scaled = p.rescaled(l);
         for test in &TESTS {
             let (claim, expected) = ((test.claim)(&scaled.column()), (test.claim)(&p.column()));
             let expected = Claim {
@@ -369,10 +347,10 @@ proptest! {
     #[test]
     fn edges_depend_on_the_scaled_groups_only(p in any_point(), numerator in 512u32..=1024) {
         let alpha = f64::from(numerator) / 1024.0;
-        let p = Stribeck { alpha, ..p };
-        let faster = Stribeck { v: 2.0 * p.v, gamma: 0.5 * p.gamma, beta: 0.5 * p.beta, ..p };
+        let p = Sample { alpha, ..p };
+        let faster = Sample { belt_speed: 2.0 * p.belt_speed, gamma: 0.5 * p.gamma, beta: 0.5 * p.beta, ..p };
         // Twice the drop 1 - alpha, at half the rate gamma.
-        let faster = Stribeck { alpha: 1.0 - 2.0 * (1.0 - alpha), ..faster };
+        let faster = Sample { alpha: 1.0 - 2.0 * (1.0 - alpha), ..faster };
         for test in &TESTS {
             let (slow, fast) = ((test.claim)(&p.column()), (test.claim)(&faster.column()));
             prop_assert_eq!(slow.present_below, fast.present_below, "{}", test.name);
@@ -385,17 +363,17 @@ proptest! {
     #[test]
     fn harmonic_balance_is_the_mean_over_the_grazing_circle(p in any_point()) {
         const NODES: u32 = 4096;
-        let undamped = Stribeck { c: 0.0, ..p };
+        let undamped = p.at(0.0);
         let sum: f64 = (0..NODES)
             .map(|i| {
                 let t = TAU * f64::from(i) / f64::from(NODES);
-                undamped.divergence(p.v - p.v * t.cos()) * t.sin() * t.sin()
+                undamped.divergence(p.belt_speed - p.belt_speed * t.cos()) * t.sin() * t.sin()
             })
             .sum();
         let mean = sum * TAU / f64::from(NODES) / PI / p.epsilon;
         let edge = p.claim("harmonic_balance").present_below;
         // The sum's round-off: at most one unit of its largest partial sum per term.
-        let error = f64::from(NODES) * f64::EPSILON * (p.gamma * (1.0 - p.alpha) + 4.0 * p.beta * p.v);
+        let error = f64::from(NODES) * f64::EPSILON * (p.gamma * (1.0 - p.alpha) + 4.0 * p.beta * p.belt_speed);
         prop_assert!((mean - edge).abs() <= error, "{mean} {edge}");
     }
 
@@ -403,10 +381,10 @@ proptest! {
     /// strengthens.
     #[test]
     fn no_weakening_no_cycle(p in any_point(), by_alpha: bool) {
-        let p = if by_alpha { Stribeck { alpha: 1.0, ..p } } else { Stribeck { gamma: 0.0, ..p } };
-        for strengthening in [p, Stribeck { beta: 0.0, ..p }] {
-            for c in [0.0, p.c, 100.0] {
-                let at = Stribeck { c, ..strengthening };
+        let p = if by_alpha { Sample { alpha: 1.0, ..p } } else { Sample { gamma: 0.0, ..p } };
+        for strengthening in [p, Sample { beta: 0.0, ..p }] {
+            for c in [0.0, p.damping, 100.0] {
+                let at = strengthening.at(c);
                 for test in &TESTS {
                     let decision = at.decide(test.name);
                     prop_assert_ne!(decision, Decision::Present, "{}", test.name);
@@ -426,10 +404,10 @@ proptest! {
 /// Legal limits of the law, and sizes at which a careless formula cancels or overflows.
 #[test]
 fn degenerate_laws() {
-    let base = Stribeck { epsilon: 0.1, alpha: 0.5, beta: 0.0, gamma: 2.0, c: 0.0, v: 1.0 };
+    let base = Sample { epsilon: 0.1, alpha: 0.5, beta: 0.0, gamma: 2.0, belt_speed: 1.0, damping: 0.0 };
     // k -> 0: all finite-eps edges fall onto the first-order one, gamma (1 - alpha) = 1, to O(k).
     for v in [1e-6, 1e-9, 1e-12, 1e-300] {
-        let p = Stribeck { v, ..base };
+        let p = Sample { belt_speed: v, ..base };
         let k = p.epsilon * p.gamma * v;
         for test in ["instability", "symmetric", "harmonic_balance", "perturbation", "bendixson"] {
             let edge = p.claim(test).present_below;
@@ -444,7 +422,7 @@ fn degenerate_laws() {
     }
     // k -> infinity: the even part's minimum falls like k^-2, its maximum stays, the mean falls like k^-3/2.
     for v in [1e8, 1e12] {
-        let p = Stribeck { v, ..base };
+        let p = Sample { belt_speed: v, ..base };
         let k = p.epsilon * p.gamma * v;
         let symmetric = p.claim("symmetric");
         let relative = |value: f64, limit: f64| (value / limit - 1.0).abs();
@@ -457,10 +435,10 @@ fn degenerate_laws() {
     }
     // Absurd numbers give no claim of presence and no panic.
     for p in [
-        Stribeck { v: 1e200, ..base },
-        Stribeck { gamma: 1e308, epsilon: 10.0, ..base },
-        Stribeck { gamma: 1e200, v: 1e200, ..base },
-        Stribeck { beta: 1e308, v: 1e10, ..base },
+        Sample { belt_speed: 1e200, ..base },
+        Sample { gamma: 1e308, epsilon: 10.0, ..base },
+        Sample { gamma: 1e200, belt_speed: 1e200, ..base },
+        Sample { beta: 1e308, belt_speed: 1e10, ..base },
     ] {
         for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
             assert_ne!(p.decide(test.name), Decision::Present, "{} {p:?}", test.name);

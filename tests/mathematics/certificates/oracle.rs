@@ -1,7 +1,8 @@
 //! v' = w, w' = -v + D(|v - V|) w on both sides of the belt line, by the classical Runge-Kutta method.
 
-use super::{Stribeck, TAU};
+use super::TAU;
 use crate::runge_kutta;
+use crate::sample::Sample;
 
 /// The fate of the orbit from the exit point (V, 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,13 +25,13 @@ pub struct Turn {
 
 pub const STEPS_PER_TURN: u32 = 2000;
 
-fn step(p: &Stribeck, (v, w): (f64, f64), h: f64) -> (f64, f64) {
-    let rate = |[v, w]: [f64; 2]| [w, -v + p.divergence((v - p.v).abs()) * w];
+fn step(p: &Sample, (v, w): (f64, f64), h: f64) -> (f64, f64) {
+    let rate = |[v, w]: [f64; 2]| [w, -v + p.divergence((v - p.belt_speed).abs()) * w];
     runge_kutta::step(&rate, [v, w], h).into()
 }
 
 /// The state where `done` becomes true within one step.
-fn locate(p: &Stribeck, from: (f64, f64), h: f64, done: impl Fn((f64, f64)) -> bool) -> (f64, f64) {
+fn locate(p: &Sample, from: (f64, f64), h: f64, done: impl Fn((f64, f64)) -> bool) -> (f64, f64) {
     let (mut before, mut after) = (0.0, h);
     for _ in 0..60 {
         let middle = 0.5 * (before + after);
@@ -43,9 +44,9 @@ fn locate(p: &Stribeck, from: (f64, f64), h: f64, done: impl Fn((f64, f64)) -> b
     step(p, from, after)
 }
 
-pub fn turn(p: &Stribeck, steps_per_turn: u32) -> Turn {
+pub fn turn(p: &Sample, steps_per_turn: u32) -> Turn {
     let h = TAU / f64::from(steps_per_turn);
-    let mut state = (p.v, 0.0);
+    let mut state = (p.belt_speed, 0.0);
     let mut amplitude = 0.0f64;
     // A weak node needs much time; thirty turns are far longer than any turn here.
     for _ in 0..30 * steps_per_turn {
@@ -57,12 +58,12 @@ pub fn turn(p: &Stribeck, steps_per_turn: u32) -> Turn {
         // Near grazing the orbit may cross and come back within one step: look at the turning point.
         if rising && next.1 <= 0.0 {
             let top = locate(p, state, h, |s| s.1 <= 0.0);
-            if top.0 < p.v {
+            if top.0 < p.belt_speed {
                 return Turn { fate: Fate::Inward(top.0), amplitude };
             }
         }
-        if rising && (next.0 >= p.v || next.1 <= 0.0) {
-            let speed = locate(p, state, h, |s| s.0 >= p.v || s.1 <= 0.0).1;
+        if rising && (next.0 >= p.belt_speed || next.1 <= 0.0) {
+            let speed = locate(p, state, h, |s| s.0 >= p.belt_speed || s.1 <= 0.0).1;
             let fate = if speed < 2.0 { Fate::Sticks(speed) } else { above(p, speed, h) };
             return Turn { fate, amplitude };
         }
@@ -71,12 +72,12 @@ pub fn turn(p: &Stribeck, steps_per_turn: u32) -> Turn {
     Turn { fate: Fate::Inward(state.0), amplitude }
 }
 
-fn above(p: &Stribeck, speed: f64, h: f64) -> Fate {
-    let mut state = (p.v, speed - 2.0);
+fn above(p: &Sample, speed: f64, h: f64) -> Fate {
+    let mut state = (p.belt_speed, speed - 2.0);
     loop {
         let next = step(p, state, h);
-        if next.1 < 0.0 && next.0 <= p.v {
-            let back = locate(p, state, h, |s| s.1 < 0.0 && s.0 <= p.v);
+        if next.1 < 0.0 && next.0 <= p.belt_speed {
+            let back = locate(p, state, h, |s| s.1 < 0.0 && s.0 <= p.belt_speed);
             return if back.1 > -2.0 { Fate::SticksFromAbove(speed) } else { Fate::Crosses(speed) };
         }
         state = next;

@@ -3,9 +3,9 @@
 use super::oracle;
 use super::oracle::Outcome;
 use super::{anywhere, oscillator, overshooting};
-use crate::sample::{Random, Sampling};
+use crate::sample::{Random, Sampling, formula};
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Expression, Law};
+use slipmap::friction::Law;
 use slipmap::simulate::Fate;
 use slipmap::witness::flow;
 
@@ -90,7 +90,7 @@ fn narrow_features_of_formulas_are_not_passed() {
         (dip, slow, 0.00013786238325675865, 0.05913246269465955, 0.13228981699320888),
     ];
     for n in 0..6 {
-        let mut between = |lo: f64, hi: f64| lo + (hi - lo) * random.unit();
+        let mut between = |lo: f64, hi: f64| random.between(lo, hi);
         let belt_speed = between(1.0, 5.0);
         let place = between(0.3, 1.9) * belt_speed;
         let law = [between(0.1, 0.8), between(0.05, 1.0), between(-0.15, 0.15), place];
@@ -99,7 +99,7 @@ fn narrow_features_of_formulas_are_not_passed() {
     }
     let mut sticking = 0;
     for (text, [a, b, d, e], w, belt_speed, damping) in cases {
-        let law = Law::Expression(Expression::new(text, 1.0).unwrap());
+        let law = formula(text);
         let point = law.point(1.0, &[a, b, d, e, w], belt_speed, damping).unwrap();
         let oscillator = Oscillator::new(&law, &point);
         // The reference has the derivative by hand, which is quick, too.

@@ -1,9 +1,36 @@
 //! Reproducible points of the Stribeck law for the tests of the theory.
 
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Column, Law};
+use slipmap::friction::{Column, Expression, Law};
 use slipmap::point::{Point, ScaledGroups};
+use slipmap::simulate::{Fate, Flow, flow};
+use slipmap::witness;
 pub use slipmap_numbers::random::Random;
+
+/// An engine that follows the orbit from the exit point.
+pub type Follow = fn(&Oscillator, f64) -> Flow;
+
+/// Both engines, by name.
+pub const ENGINES: [(&str, Follow); 2] = [("return map", flow), ("direct", witness::flow)];
+
+/// Whether the orbit from the exit point comes back to the belt line; `None` where its fate does not tell.
+pub fn returns(fate: &Fate) -> Option<bool> {
+    match fate {
+        Fate::Sticks(_) | Fate::CrossesForever => Some(true),
+        Fate::SpiralsInward => Some(false),
+        Fate::TooCloseToCall | Fate::Failed(_) => None,
+    }
+}
+
+/// A law by its formula, which is 1 at rest.
+pub fn formula(text: &str) -> Law {
+    Law::Expression(Expression::new(text, 1.0).unwrap())
+}
+
+/// The oscillator of a law at eps = 1.
+pub fn at_one(law: &Law, parameters: &[f64], belt_speed: f64, damping: f64) -> Oscillator {
+    Oscillator::new(law, &law.point(1.0, parameters, belt_speed, damping).unwrap())
+}
 
 /// The six parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +111,9 @@ impl Sample {
 
 /// Random points.
 pub trait Sampling {
+    /// Between `lo` and `hi`, evenly.
+    fn between(&mut self, lo: f64, hi: f64) -> f64;
+
     /// Between `lo` and `hi`, evenly over the decades.
     fn log(&mut self, lo: f64, hi: f64) -> f64;
 
@@ -97,6 +127,10 @@ pub trait Sampling {
 }
 
 impl Sampling for Random {
+    fn between(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + (hi - lo) * self.unit()
+    }
+
     fn log(&mut self, lo: f64, hi: f64) -> f64 {
         lo * (hi / lo).powf(self.unit())
     }

@@ -1,7 +1,10 @@
 //! Runs the real binary in a scratch folder.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
 
 /// A probe of the point used in the README.
 pub const PROBE: [&str; 13] = [
@@ -19,6 +22,47 @@ pub const PROBE: [&str; 13] = [
     "--c",
     "0.5",
 ];
+
+/// The arguments of a command, as a list, or as the line that one types where none of them contains a space.
+pub trait Words {
+    fn words(&self) -> Vec<&str>;
+}
+
+impl Words for str {
+    fn words(&self) -> Vec<&str> {
+        self.split_whitespace().collect()
+    }
+}
+
+impl Words for String {
+    fn words(&self) -> Vec<&str> {
+        self.as_str().words()
+    }
+}
+
+impl Words for [&str] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
+impl<const N: usize> Words for [&str; N] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
+impl Words for Vec<&str> {
+    fn words(&self) -> Vec<&str> {
+        self.clone()
+    }
+}
+
+impl<T: Words + ?Sized> Words for &T {
+    fn words(&self) -> Vec<&str> {
+        (**self).words()
+    }
+}
 
 /// A scratch folder in which the program runs.
 pub struct Scratch {
@@ -57,14 +101,56 @@ impl Scratch {
         names
     }
 
-    pub fn command(&self, arguments: &[&str]) -> Command {
+    pub fn command(&self, arguments: &(impl Words + ?Sized)) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_slipmap"));
-        command.args(arguments).current_dir(self.path()).stdin(Stdio::null());
+        command.args(arguments.words()).current_dir(self.path()).stdin(Stdio::null());
         command
     }
 
-    pub fn run(&self, arguments: &[&str]) -> Run {
+    pub fn run(&self, arguments: &(impl Words + ?Sized)) -> Run {
         Run::of(self.command(arguments).output().unwrap())
+    }
+
+    /// Starts a command, whose output [`Run::after`] has.
+    pub fn start(&self, arguments: &(impl Words + ?Sized)) -> Child {
+        self.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    }
+
+    /// What a command with `--json` prints.
+    #[track_caller]
+    pub fn json(&self, arguments: &(impl Words + ?Sized)) -> Value {
+        let mut words = arguments.words();
+        words.push("--json");
+        self.run(&words).ends_with(0).json()
+    }
+}
+
+/// A text of which parts are known.
+pub trait Says {
+    /// Asserts that it has every one of `parts`, and shows it otherwise.
+    fn says(&self, parts: &[impl AsRef<str>]);
+}
+
+impl Says for str {
+    #[track_caller]
+    fn says(&self, parts: &[impl AsRef<str>]) {
+        for part in parts.iter().map(AsRef::as_ref) {
+            assert!(self.contains(part), "no `{part}` in\n{self}");
+        }
+    }
+}
+
+/// Sends a process a signal, such as `-INT`, that of Ctrl-C.
+pub fn signal(child: &Child, name: &str) {
+    assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
+}
+
+/// Waits until the journals in a folder have grown to more bytes than these.
+pub fn wait_for_journals(folder: &Path, bytes: u64) {
+    let start = Instant::now();
+    while journal_bytes(folder) < bytes {
+        assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
+        std::thread::sleep(Duration::from_millis(2));
     }
 }
 
@@ -97,11 +183,21 @@ impl Run {
         }
     }
 
+    /// What a command that was started printed until its end.
+    pub fn after(child: Child) -> Self {
+        Self::of(child.wait_with_output().unwrap())
+    }
+
     /// Asserts that the run ended with `code`, and shows its output otherwise.
     #[track_caller]
     pub fn ends_with(self, code: i32) -> Self {
         assert_eq!(self.code, code, "\nstdout:\n{}\nstderr:\n{}", self.out, self.err);
         self
+    }
+
+    /// The JSON on standard output.
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|error| panic!("{error} in\n{}", self.out))
     }
 
     /// Asserts bad input: exit code 2, nothing on standard output, one message that contains every one of
@@ -111,9 +207,7 @@ impl Run {
         let run = self.ends_with(2);
         assert_eq!(run.out, "", "a refusal prints no data");
         assert_eq!(run.err.matches("error:").count(), 1, "one message:\n{}", run.err);
-        for part in parts {
-            assert!(run.err.contains(part), "no `{part}` in\n{}", run.err);
-        }
+        run.err.says(parts);
         run
     }
 }

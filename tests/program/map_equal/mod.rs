@@ -29,7 +29,7 @@ fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
 ";
 
 /// The map of [`JOB`] by one process that nothing stops, for many tests.
-pub static REFERENCE: LazyLock<PathBuf> = LazyLock::new(|| {
+static REFERENCE: LazyLock<PathBuf> = LazyLock::new(|| {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reference");
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
@@ -39,6 +39,13 @@ pub static REFERENCE: LazyLock<PathBuf> = LazyLock::new(|| {
     std::fs::copy(scratch.path().join("map.h5"), &path).unwrap();
     path
 });
+
+/// A copy of [`REFERENCE`] beside the map that is compared with it.
+pub fn reference(scratch: &Scratch) -> PathBuf {
+    let path = scratch.path().join("reference.h5");
+    std::fs::copy(&*REFERENCE, &path).unwrap();
+    path
+}
 
 /// A folder with the configuration [`JOB`].
 pub fn scratch() -> Scratch {

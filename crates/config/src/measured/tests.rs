@@ -29,23 +29,169 @@ fn ugly_files_are_read_or_refused_with_their_line() {
     let plain = "v,mu\n0,0.4\n0.1,0.35\n0.5,0.3\n";
     let text = |text: &str| text.as_bytes().to_vec();
     let latin = |text: &str| text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect::<Vec<u8>>();
-    let files: Vec<(&str, Vec<u8>, Outcome)> = vec![
+    /// A name, what a file contains, and words that are told of it.
+    type Texts = &'static [(&'static str, &'static str, &'static [&'static str])];
+    let coefficients: Texts = &[
+        ("no header", "0,0.4\n0.1,0.35\n0.5,0.3", &["no header: slip speed in column 1"]),
+        ("semicolons", "v;mu\n0;0.4\n0.1;0.35\n0.5;0.3", &["semicolons"]),
+        ("decimal commas", "v;mu\n0;0,4\n0,1;0,35\n0,5;0,3", &["decimal commas"]),
+        ("quoted commas", "\"0\",\"0,4\"\n\"0,1\",\"0,35\"\n\"0,5\",\"0,3\"", &["commas"]),
+        ("tabs", "v\tmu\n0\t0,4\n0,1\t0,35\n0,5\t0,3", &["tabs", "decimal commas"]),
+        ("spaces", "  0   0.4\n  0.1 0.35\n  0.5 0.3", &["spaces"]),
+        ("bars", "v|mu\n0|0.4\n0.1|0.35\n0.5|0.3", &["bars"]),
+        ("mm/s", "v [mm/s],mu\n0,0.4\n100,0.35\n500,0.3", &["slip speeds in mm/s"]),
+        ("per cent", "v,mu [%]\n0,40\n0.1,35\n0.5,30", &["friction in %"]),
+        ("empty columns", "v,mu,,\n0,0.4,,\n0.1,0.35,,\n0.5,0.3,,", &[]),
+        ("remarks", "v,mu,remark\n0,0.4,cold\n0.1,0.35,\n0.5,0.3,warm", &[]),
+        ("temperature", "v [m/s],mu,T [°C]\n0,0.4,20\n0.1,0.35,21\n0.5,0.3,22", &["`T [°C]` not used"]),
+        (
+            "other order",
+            "mu,n,v\n0.4,3,0\n0.35,3,0.1\n0.3,3,0.5",
+            &["slip speed in column 3, friction in column 1", "`n` not used"],
+        ),
+        ("downward", "v,mu\n0.5,0.3\n0.1,0.35\n0,0.4", &["sorted"]),
+        ("a static row", "v,mu\nstatic,0.4\n0.1,0.35\n0.5,0.3", &[]),
+        ("readings of breakaway", "v,mu\n0,0.41\n0,0.4\n0,0.39\n0.1,0.35\n0.5,0.3", &[]),
+        (
+            "gaps",
+            "v,mu\n0,0.4\n0.1,0.35\n0.2,NaN\n0.3,\n0.5,0.3",
+            &["2 rows without numbers left out (lines 4, 5)"],
+        ),
+        ("minus signs", "v,mu\n0,0.4\n−0.1,0.35\n−0.5,0.3", &["negative"]),
+        ("Fortran", "0.0D0 4.0D-1\n1.0D-1 3.5D-1\n5.0D-1 3.0D-1", &["spaces"]),
+        (
+            "errors of a spreadsheet",
+            "v,mu\n0,0.4\n0,#DIV/0!\n0.1,0.35\n0.1,#N/A\n0.2,#WERT!\n0.5,0.3",
+            &["3 rows without numbers left out (lines 3, 5, 6)"],
+        ),
+        (
+            "dates",
+            "Rig;1.2\nDatum;v;mu\n26.11.2026;0;0,4\n26.11.2026;0,1;0,35\n27.11.2026;0,5;0,3",
+            &["decimal commas", "slip speed in column 2"],
+        ),
+        (
+            "LabVIEW",
+            "LabVIEW Measurement\n***End_of_Header***\nSamples\t3\t3\n***End_of_Header***\nX\tv\tmu\n0\t0\t0.4\n1\t0.1\t0.35\n2\t0.5\t0.3",
+            &["slip speed in column 2"],
+        ),
+        (
+            "few rows with their times",
+            "t [min],v,mu\n0,0,0.4\n5,0.1,0.35\n10,0.5,0.3",
+            &["slip speed in column 2"],
+        ),
+        (
+            "a column of numbers without a name before the others",
+            ",v,mu\n0,0,0.4\n1,0.1,0.35\n2,0.5,0.3",
+            &["column 1 not used"],
+        ),
+    ];
+    let forces: Texts = &[
+        ("kN", "v [m/s],F [kN]\n0,0.4\n0.1,0.35\n0.5,0.3", &["friction in kN"]),
+        ("units in a line of their own", "v;F\n[mm/s];[kN]\n0;0,4\n100;0,35\n500;0,3", &["mm/s", "kN"]),
+        (
+            "titles",
+            "Rig 7, pad B\nMeasured on a Tuesday\n\nspeed (mm/s),force (N)\n0,400\n100,350\n500,300",
+            &["mm/s"],
+        ),
+        (
+            "normal force beside",
+            "v [m/s],F_n [N],F_t [N]\n0,1000,400\n0.1,1000,350\n0.5,1000,300",
+            &["`F_n [N]` not used"],
+        ),
+        ("negative speeds", "v,F [N]\n0,-400\n-0.1,-350\n-0.5,-300", &["slip is negative in all rows"]),
+        (
+            "both directions",
+            "v,F [N]\n-0.5,-310\n-0.1,-360\n0,400\n0.1,340\n0.5,290",
+            &["both directions", "106 %"],
+        ),
+        ("units after a stroke", "v / mm·s⁻¹,F / N\n0,400\n100,350\n500,300", &["mm·s⁻¹"]),
+        ("units in names", "speed_mps,force_N\n0,400\n0.1,350\n0.5,300", &[]),
+        (
+            "files joined",
+            "v,F\nm/s,N\n0,400\n0.1,350\nv,F\nm/s,N\n0.5,300",
+            &["2 rows without numbers left out (lines 5, 6)"],
+        ),
+    ];
+    let refused: Texts = &[
+        (
+            "a row at the beginning",
+            "v,mu\n0,0.4?\n0.1,0.35\n0.5,0.3\n1,0.3",
+            &["pad.csv:2", "`0,0.4?` is not a pair"],
+        ),
+        (
+            "logarithms",
+            "log10(v),mu\n-2,0.4\n-1,0.35\n0,0.3",
+            &["pad.csv:1", "`log10(v)`, a logarithm", "themselves"],
+        ),
+        (
+            "units beside numbers",
+            "v,F\n0 m/s,400 N\n0.1 m/s,350 N\n0.5 m/s,300 N",
+            &["no row has two numbers", "units belong into the header"],
+        ),
+        (
+            "thousands or decimals",
+            "v;F [N]\n0;1,400\n1;1,350\n2;1,300",
+            &["pad.csv:2: `1,400`", "thousands or decimals", "write 1400 or 1.400"],
+        ),
+        (
+            "two decimal signs",
+            "v;mu\n0;0.4\n0,1;0,35\n0,5;0,3",
+            &["pad.csv:3", "`0.4` in line 2 has a decimal point"],
+        ),
+        (
+            "commas for both",
+            "v,mu\n0,0,0,4\n0,1,0,3\n0,5,0,3",
+            &["pad.csv:2", "column 3, and the header names 2", "decimal commas"],
+        ),
+        (
+            "commas between thousands",
+            "v [m/s],F [N]\n0,940\n0.01,1,234\n0.1,930\n0.2,920",
+            &["pad.csv:3", "column 3, and the header names 2", "separate thousands, leave them out"],
+        ),
+        (
+            "spaces between thousands",
+            "v F\n0 1 234\n0.1 1 200\n0.2 920",
+            &["pad.csv:2", "column 3, and the header names 2"],
+        ),
+        (
+            "three columns",
+            "0,0.4,0.01\n0.1,0.35,0.01\n0.5,0.3,0.01",
+            &["pad.csv", "three columns", "speed,friction,se", "time,speed,friction"],
+        ),
+        ("four columns", "0,0.4,1,2\n0.1,0.35,1,2\n0.5,0.3,1,2", &["4 columns", "name them"]),
+        (
+            "two speeds",
+            "v1 speed,v2 speed,mu\n0,0,0.4\n1,1,0.3\n2,2,0.3",
+            &["pad.csv:1", "both be the slip speed"],
+        ),
+        ("furlongs", "v [furlongs/week],mu\n0,0.4\n1,0.3\n2,0.3", &["pad.csv:1", "no unit that is known"]),
+        ("rotation", "rpm,mu\n0,0.4\n1,0.3\n2,0.3", &["pad.csv:1", "in rpm", "read in m/s"]),
+        (
+            "standard deviations",
+            "v,mu,sd\n0,0.4,0.01\n1,0.3,0.01\n2,0.3,0.01",
+            &["pad.csv:1", "standard deviation", "square root"],
+        ),
+        (
+            "errors in some rows",
+            "v,mu,se\n0,0.4,0.01\n1,0.3,\n2,0.3,0.01",
+            &["pad.csv:3", "no standard error", "in every row"],
+        ),
+        (
+            "a negative error",
+            "v,mu,se\n0,0.4,0.01\n1,0.3,-1\n2,0.3,0.01",
+            &["pad.csv:3", "-1 is not a valid"],
+        ),
+        ("words", "v,mu\n0,0.4\n0.1,x\n0.5,0.3\n1,0.3\n2,0.3", &["pad.csv:3", "`0.1,x` is not a pair"]),
+        (
+            "the force while it sticks",
+            "v,F [N]\n0,20\n0,60\n0,100\n0.1,90\n0.5,80",
+            &["pad.csv:2", "goes from 20 to 100", "breaks loose"],
+        ),
+        ("too few", "v,mu\n0,0.4\n1,0.3", &["only 2 data", "at least three"]),
+        ("one column", "0.4\n0.35\n0.3", &["pad.csv", "no row has two numbers"]),
+    ];
+    let mut files: Vec<(&str, Vec<u8>, Outcome)> = vec![
         ("plain", text(plain), Read(THREE, false, &[])),
-        (
-            "no header",
-            text("0,0.4\n0.1,0.35\n0.5,0.3"),
-            Read(THREE, false, &["no header: slip speed in column 1"]),
-        ),
-        ("semicolons", text("v;mu\n0;0.4\n0.1;0.35\n0.5;0.3"), Read(THREE, false, &["semicolons"])),
-        ("decimal commas", text("v;mu\n0;0,4\n0,1;0,35\n0,5;0,3"), Read(THREE, false, &["decimal commas"])),
-        (
-            "quoted commas",
-            text("\"0\",\"0,4\"\n\"0,1\",\"0,35\"\n\"0,5\",\"0,3\""),
-            Read(THREE, false, &["commas"]),
-        ),
-        ("tabs", text("v\tmu\n0\t0,4\n0,1\t0,35\n0,5\t0,3"), Read(THREE, false, &["tabs", "decimal commas"])),
-        ("spaces", text("  0   0.4\n  0.1 0.35\n  0.5 0.3"), Read(THREE, false, &["spaces"])),
-        ("bars", text("v|mu\n0|0.4\n0.1|0.35\n0.5|0.3"), Read(THREE, false, &["bars"])),
         ("mark of UTF-8", text(&format!("\u{feff}{plain}")), Read(THREE, false, &[])),
         ("UTF-16", wide(plain, true, u16::to_le_bytes), Read(THREE, false, &["UTF-16LE"])),
         ("UTF-16, big end first", wide(plain, true, u16::to_be_bytes), Read(THREE, false, &["UTF-16BE"])),
@@ -53,57 +199,10 @@ fn ugly_files_are_read_or_refused_with_their_line() {
         ("Latin-1", latin("v [m/s];µ [-]\n0;0,4\n0,1;0,35\n0,5;0,3"), Read(THREE, false, &["windows-1252"])),
         ("Windows", text(&plain.replace('\n', "\r\n")), Read(THREE, false, &[])),
         ("old Macintosh", text(&plain.replace('\n', "\r")), Read(THREE, false, &[])),
-        ("mm/s", text("v [mm/s],mu\n0,0.4\n100,0.35\n500,0.3"), Read(THREE, false, &["slip speeds in mm/s"])),
-        ("kN", text("v [m/s],F [kN]\n0,0.4\n0.1,0.35\n0.5,0.3"), Read(NEWTONS, true, &["friction in kN"])),
-        ("per cent", text("v,mu [%]\n0,40\n0.1,35\n0.5,30"), Read(THREE, false, &["friction in %"])),
-        (
-            "units in a line of their own",
-            text("v;F\n[mm/s];[kN]\n0;0,4\n100;0,35\n500;0,3"),
-            Read(NEWTONS, true, &["mm/s", "kN"]),
-        ),
-        (
-            "titles",
-            text("Rig 7, pad B\nMeasured on a Tuesday\n\nspeed (mm/s),force (N)\n0,400\n100,350\n500,300"),
-            Read(NEWTONS, true, &["mm/s"]),
-        ),
-        ("empty columns", text("v,mu,,\n0,0.4,,\n0.1,0.35,,\n0.5,0.3,,"), Read(THREE, false, &[])),
-        ("remarks", text("v,mu,remark\n0,0.4,cold\n0.1,0.35,\n0.5,0.3,warm"), Read(THREE, false, &[])),
-        (
-            "temperature",
-            text("v [m/s],mu,T [°C]\n0,0.4,20\n0.1,0.35,21\n0.5,0.3,22"),
-            Read(THREE, false, &["`T [°C]` not used"]),
-        ),
-        (
-            "other order",
-            text("mu,n,v\n0.4,3,0\n0.35,3,0.1\n0.3,3,0.5"),
-            Read(THREE, false, &["slip speed in column 3, friction in column 1", "`n` not used"]),
-        ),
-        (
-            "normal force beside",
-            text("v [m/s],F_n [N],F_t [N]\n0,1000,400\n0.1,1000,350\n0.5,1000,300"),
-            Read(NEWTONS, true, &["`F_n [N]` not used"]),
-        ),
-        ("downward", text("v,mu\n0.5,0.3\n0.1,0.35\n0,0.4"), Read(THREE, false, &["sorted"])),
-        (
-            "negative speeds",
-            text("v,F [N]\n0,-400\n-0.1,-350\n-0.5,-300"),
-            Read(NEWTONS, true, &["slip is negative in all rows"]),
-        ),
-        (
-            "both directions",
-            text("v,F [N]\n-0.5,-310\n-0.1,-360\n0,400\n0.1,340\n0.5,290"),
-            Read(NEWTONS, true, &["both directions", "106 %"]),
-        ),
         (
             "directions at other speeds",
             text("v,F [N]\n-0.25,-350\n0,400\n0.1,380\n0.3,340"),
             Read(&[(0.0, 400.0), (0.1, 380.0), (0.25, 350.0), (0.3, 340.0)], true, &["100 %"]),
-        ),
-        ("a static row", text("v,mu\nstatic,0.4\n0.1,0.35\n0.5,0.3"), Read(THREE, false, &[])),
-        (
-            "readings of breakaway",
-            text("v,mu\n0,0.41\n0,0.4\n0,0.39\n0.1,0.35\n0.5,0.3"),
-            Read(THREE, false, &[]),
         ),
         (
             "no row at rest",
@@ -115,153 +214,30 @@ fn ugly_files_are_read_or_refused_with_their_line() {
             ),
         ),
         (
-            "gaps",
-            text("v,mu\n0,0.4\n0.1,0.35\n0.2,NaN\n0.3,\n0.5,0.3"),
-            Read(THREE, false, &["2 rows without numbers left out (lines 4, 5)"]),
-        ),
-        (
             "thousands",
             text("v [mm/s];F [N]\n0;1.400,5\n100;1.350,5\n1.500;1.300,5"),
             Read(&[(0.0, 1400.5), (0.1, 1350.5), (1.5, 1300.5)], true, &["decimal commas"]),
         ),
-        ("minus signs", text("v,mu\n0,0.4\n−0.1,0.35\n−0.5,0.3"), Read(THREE, false, &["negative"])),
         (
             "thousands apart",
             text("v [mm/s];F [N]\n0;1 400,5\n100;1'350,5\n1500;1300,5"),
             Read(&[(0.0, 1400.5), (0.1, 1350.5), (1.5, 1300.5)], true, &["decimal commas"]),
         ),
         (
-            "units after a stroke",
-            text("v / mm·s⁻¹,F / N\n0,400\n100,350\n500,300"),
-            Read(NEWTONS, true, &["mm·s⁻¹"]),
-        ),
-        (
             "forces without a unit",
             text("v,F\n0,400\n0.1,350\n0.5,300"),
             Read(NEWTONS, false, &["no unit and is read as a coefficient"]),
         ),
-        ("units in names", text("speed_mps,force_N\n0,400\n0.1,350\n0.5,300"), Read(NEWTONS, true, &[])),
-        ("Fortran", text("0.0D0 4.0D-1\n1.0D-1 3.5D-1\n5.0D-1 3.0D-1"), Read(THREE, false, &["spaces"])),
-        (
-            "errors of a spreadsheet",
-            text("v,mu\n0,0.4\n0,#DIV/0!\n0.1,0.35\n0.1,#N/A\n0.2,#WERT!\n0.5,0.3"),
-            Read(THREE, false, &["3 rows without numbers left out (lines 3, 5, 6)"]),
-        ),
-        (
-            "files joined",
-            text("v,F\nm/s,N\n0,400\n0.1,350\nv,F\nm/s,N\n0.5,300"),
-            Read(NEWTONS, true, &["2 rows without numbers left out (lines 5, 6)"]),
-        ),
-        (
-            "dates",
-            text("Rig;1.2\nDatum;v;mu\n26.11.2026;0;0,4\n26.11.2026;0,1;0,35\n27.11.2026;0,5;0,3"),
-            Read(THREE, false, &["decimal commas", "slip speed in column 2"]),
-        ),
-        (
-            "LabVIEW",
-            text(
-                "LabVIEW Measurement\n***End_of_Header***\nSamples\t3\t3\n***End_of_Header***\nX\tv\tmu\n0\t0\t0.4\n1\t0.1\t0.35\n2\t0.5\t0.3",
-            ),
-            Read(THREE, false, &["slip speed in column 2"]),
-        ),
-        (
-            "few rows with their times",
-            text("t [min],v,mu\n0,0,0.4\n5,0.1,0.35\n10,0.5,0.3"),
-            Read(THREE, false, &["slip speed in column 2"]),
-        ),
-        (
-            "a row at the beginning",
-            text("v,mu\n0,0.4?\n0.1,0.35\n0.5,0.3\n1,0.3"),
-            Refused(&["pad.csv:2", "`0,0.4?` is not a pair"]),
-        ),
-        (
-            "logarithms",
-            text("log10(v),mu\n-2,0.4\n-1,0.35\n0,0.3"),
-            Refused(&["pad.csv:1", "`log10(v)`, a logarithm", "themselves"]),
-        ),
-        (
-            "units beside numbers",
-            text("v,F\n0 m/s,400 N\n0.1 m/s,350 N\n0.5 m/s,300 N"),
-            Refused(&["no row has two numbers", "units belong into the header"]),
-        ),
-        (
-            "thousands or decimals",
-            text("v;F [N]\n0;1,400\n1;1,350\n2;1,300"),
-            Refused(&["pad.csv:2: `1,400`", "thousands or decimals", "write 1400 or 1.400"]),
-        ),
-        (
-            "two decimal signs",
-            text("v;mu\n0;0.4\n0,1;0,35\n0,5;0,3"),
-            Refused(&["pad.csv:3", "`0.4` in line 2 has a decimal point"]),
-        ),
-        (
-            "commas for both",
-            text("v,mu\n0,0,0,4\n0,1,0,3\n0,5,0,3"),
-            Refused(&["pad.csv:2", "column 3, and the header names 2", "decimal commas"]),
-        ),
-        (
-            "commas between thousands",
-            text("v [m/s],F [N]\n0,940\n0.01,1,234\n0.1,930\n0.2,920"),
-            Refused(&["pad.csv:3", "column 3, and the header names 2", "separate thousands, leave them out"]),
-        ),
-        (
-            "spaces between thousands",
-            text("v F\n0 1 234\n0.1 1 200\n0.2 920"),
-            Refused(&["pad.csv:2", "column 3, and the header names 2"]),
-        ),
-        (
-            "a column of numbers without a name before the others",
-            text(",v,mu\n0,0,0.4\n1,0.1,0.35\n2,0.5,0.3"),
-            Read(THREE, false, &["column 1 not used"]),
-        ),
-        (
-            "three columns",
-            text("0,0.4,0.01\n0.1,0.35,0.01\n0.5,0.3,0.01"),
-            Refused(&["pad.csv", "three columns", "speed,friction,se", "time,speed,friction"]),
-        ),
-        ("four columns", text("0,0.4,1,2\n0.1,0.35,1,2\n0.5,0.3,1,2"), Refused(&["4 columns", "name them"])),
-        (
-            "two speeds",
-            text("v1 speed,v2 speed,mu\n0,0,0.4\n1,1,0.3\n2,2,0.3"),
-            Refused(&["pad.csv:1", "both be the slip speed"]),
-        ),
-        (
-            "furlongs",
-            text("v [furlongs/week],mu\n0,0.4\n1,0.3\n2,0.3"),
-            Refused(&["pad.csv:1", "no unit that is known"]),
-        ),
-        ("rotation", text("rpm,mu\n0,0.4\n1,0.3\n2,0.3"), Refused(&["pad.csv:1", "in rpm", "read in m/s"])),
-        (
-            "standard deviations",
-            text("v,mu,sd\n0,0.4,0.01\n1,0.3,0.01\n2,0.3,0.01"),
-            Refused(&["pad.csv:1", "standard deviation", "square root"]),
-        ),
-        (
-            "errors in some rows",
-            text("v,mu,se\n0,0.4,0.01\n1,0.3,\n2,0.3,0.01"),
-            Refused(&["pad.csv:3", "no standard error", "in every row"]),
-        ),
-        (
-            "a negative error",
-            text("v,mu,se\n0,0.4,0.01\n1,0.3,-1\n2,0.3,0.01"),
-            Refused(&["pad.csv:3", "-1 is not a valid"]),
-        ),
-        (
-            "words",
-            text("v,mu\n0,0.4\n0.1,x\n0.5,0.3\n1,0.3\n2,0.3"),
-            Refused(&["pad.csv:3", "`0.1,x` is not a pair"]),
-        ),
-        (
-            "the force while it sticks",
-            text("v,F [N]\n0,20\n0,60\n0,100\n0.1,90\n0.5,80"),
-            Refused(&["pad.csv:2", "goes from 20 to 100", "breaks loose"]),
-        ),
-        ("too few", text("v,mu\n0,0.4\n1,0.3"), Refused(&["only 2 data", "at least three"])),
-        ("one column", text("0.4\n0.35\n0.3"), Refused(&["pad.csv", "no row has two numbers"])),
         ("a workbook", b"PK\x03\x04 and more".to_vec(), Refused(&["spreadsheet", "save it as CSV"])),
         ("no text", vec![0, 1, 2, 255, 254, 0, 7], Refused(&["not a text"])),
         ("empty", Vec::new(), Refused(&["no row has two numbers"])),
     ];
+    let of = |texts: Texts, outcome: fn(&'static [&'static str]) -> Outcome| {
+        texts.iter().map(move |(name, contents, words)| (*name, contents.as_bytes().to_vec(), outcome(words)))
+    };
+    files.extend(of(coefficients, |words| Read(THREE, false, words)));
+    files.extend(of(forces, |words| Read(NEWTONS, true, words)));
+    files.extend(of(refused, Refused));
     assert!(files.len() >= 40);
     for (name, bytes, outcome) in files {
         let found = law(&bytes, MACHINE);

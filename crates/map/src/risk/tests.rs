@@ -213,19 +213,9 @@ fn friction_that_rises_within_its_errors_may_stick_slip() {
 #[test]
 fn steep_scattered_data_have_a_standard_error_too() {
     // Rows as a rig gives them: near rest friction falls so fast that the orbit is outside the polar form.
-    let data = [
-        (0.0, 0.3736),
-        (0.002, 0.3481),
-        (0.00254, 0.3523),
-        (0.00411, 0.3525),
-        (0.00664, 0.3299),
-        (0.01074, 0.3228),
-        (0.01735, 0.3029),
-        (0.03566, 0.2798),
-        (0.07327, 0.2473),
-        (0.15055, 0.2313),
-        (0.5, 0.2418),
-    ];
+    let speeds = [0.0, 0.002, 0.00254, 0.00411, 0.00664, 0.01074, 0.01735, 0.03566, 0.07327, 0.15055, 0.5];
+    let friction = [0.3736, 0.3481, 0.3523, 0.3525, 0.3299, 0.3228, 0.3029, 0.2798, 0.2473, 0.2313, 0.2418];
+    let data: Vec<(f64, f64)> = speeds.into_iter().zip(friction).collect();
     let table = Table::new("a rig", &data, data[0].1).unwrap().with_standard_errors(&[0.004; 11]).unwrap();
     let machine = Machine {
         friction: Friction::Measured(table),
