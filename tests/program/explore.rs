@@ -210,6 +210,29 @@ fn a_configuration_or_a_map_is_where_the_page_begins() {
     scratch.run(&["explore", "--no-browser", "small.txt"]).refuses(&["small.txt"]);
 }
 
+/// A machine whose friction is a force, whatever the normal force.
+#[test]
+fn a_machine_of_forces_is_where_the_page_begins() {
+    let scratch = Scratch::new();
+    let machine = "[machine]\nmass = 2.0\nstiffness = 2e5\ndamping = 700.0\nbelt_speed = 0.1\n";
+    let formula = "law = \"expression\"\nphi = \"250 + 200*exp(-u/0.05)\"\nquantity = \"force\"";
+    scratch.file("force.csv", "slip_speed [m/s],force [N]\n0,450\n0.02,390\n0.05,350\n0.1,320\n0.3,300\n");
+    for (name, friction) in [("formula", formula), ("table", "law = \"table\"\nfile = \"force.csv\"")] {
+        let file = format!("{name}.toml");
+        scratch.file(&file, format!("[friction]\n{friction}\n{machine}"));
+        let server = Server::start(&scratch, &[&file]);
+        let (_, _, body) = server.get("/api/start", "");
+        let start: Value = serde_json::from_slice(&body).unwrap();
+        let asked = json!({ "law": start["law"], "at": start["at"], "motion": start["motion"] });
+        let point = server.answer("/api/point", &asked);
+        let told = scratch.json(&format!("probe --machine {file}"));
+        let [found, expected] =
+            [&point["machine"]["critical_damping"], &told["machine"]["critical_damping"]].map(Value::as_f64);
+        assert!((found.unwrap() / expected.unwrap() - 1.0).abs() < 1e-9, "{name}: {point} {told}");
+        assert_eq!(point["regime"], told["regime"], "{name}");
+    }
+}
+
 #[test]
 fn only_the_page_itself_may_ask() {
     let scratch = Scratch::new();

@@ -324,6 +324,24 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
 
 /// The coefficients of a machine's friction are no error of a law of an oscillator: what is wrong is the
 /// section.
+/// The data of a machine leave its friction so uncertain that some of their draws drive it at any speed.
+#[test]
+fn draws_of_a_machine_given_by_its_damping_ratio_are_dampings() {
+    let scratch = Scratch::new();
+    scratch.file(
+        "force.csv",
+        "v [mm/s],F [N]\n0,8.970417394154667\n0.10009873854250609,8.05767826026976\n\
+         0.12772620237950968,6.778626184448105\n0.31147800513882445,7.047012801599613\n\
+         1.9276799029406249,5.543784459400512\n4.420334102297013,4.644878122265987\n",
+    );
+    scratch.file(
+        "ratio.toml",
+        "[friction]\nlaw = \"table\"\nfile = \"force.csv\"\n[machine]\nmass = 77.55182917263802\n\
+         stiffness = 687639.2162142205\nbelt_speed = 0.00032806241971603596\ndamping_ratio = 0.09500778938504367\n",
+    );
+    scratch.run("machine ratio.toml --json").ends_with(0);
+}
+
 #[test]
 fn a_wrong_section_is_named_before_the_friction() {
     let scratch = Scratch::new();

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::place::law_json;
-use slipmap_map::machine::{DAMPING, Machine};
+use slipmap_map::machine::{DAMPING, Machine, NORMAL_FORCE};
 use slipmap_map::map::{AxisRole, Grid, Shown};
 use slipmap_simulate::critical::{critical_damping, known_or_nan};
 
@@ -57,7 +57,10 @@ impl Start {
         let pinned = machine.is_some() && [AxisRole::BeltSpeed, AxisRole::Damping].into_iter().all(single);
         let units: Map<String, Value> =
             self.units.iter().map(|(name, of)| (name.clone(), json!([of.unit, of.size]))).collect();
+        // Friction that is a force is one under the normal force 1.
+        let unknown = machine.filter(|machine| !machine.normal_force_is_known);
         let quantities = machine.into_iter().flat_map(Machine::quantities);
+        let quantities = quantities.chain(unknown.map(|machine| (NORMAL_FORCE, machine.normal_force)));
         let at: Map<String, Value> =
             quantities.map(|(name, value)| (name.to_owned(), shown(name, value).into())).collect();
         json!({

@@ -234,7 +234,9 @@ fn error_of_drawn_kicks(machine: &Machine) -> Option<[f64; 2]> {
         .filter_map(|_| {
             let friction = Friction::Measured(table.drawn(|| random.normal()).ok()?);
             let damping = machine.damping + of_curve * random.normal();
-            Some(Machine { friction, damping, ..machine.clone() }).filter(Machine::is_legal)
+            let drawn = Machine { friction, damping, ..machine.clone() };
+            // A machine that is given by its damping ratio does not check what follows from it.
+            Some(drawn).filter(|drawn| damping >= 0.0 && drawn.is_legal())
         })
         .collect();
     let drawn: Vec<[f64; 2]> = draws.par_iter().filter_map(kicks).collect();
