@@ -22,7 +22,7 @@ const LONGEST_RATIO: f64 = 1.0;
 /// Shortest step, relative to the variable.
 const SHORTEST_STEP: f64 = 1e-13;
 /// Largest number of steps of a quarter.
-const STEP_BUDGET: u32 = 20_000;
+const STEP_BUDGET: u32 = 100_000;
 /// Largest local error of W^2 where it vanishes later.
 const ACCURATE: f64 = 1e-3;
 /// Largest weight of a stage at an end of a step.
