@@ -3,9 +3,11 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::convert::Infallible;
+use std::io::Write as _;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use libdeflater::{CompressionLvl, Compressor};
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
 use serde::{Deserialize, Serialize};
 
 use slipmap_map::dataset::fingerprint::{self, canonical};
@@ -89,7 +91,7 @@ impl Packer {
                 Cells::Reals(reals) => {
                     let full = pad(reals, &shape, &chunk, f64::NAN);
                     let bytes = match &mut work.deflate {
-                        Some(deflate) => deflate.stream(&shuffle(&full)),
+                        Some(deflate) => stream(deflate, &shuffle(&full)),
                         None => full.iter().flat_map(|&value| stored(value)).collect(),
                     };
                     (bytes, fingerprint::reals(reals), Vec::new())
@@ -114,7 +116,8 @@ impl Packer {
             let fingerprint = fingerprint::codes(cells);
             let full = pad(cells, shape, chunk, fill);
             let plain: &[u8] = bytemuck::cast_slice(&full);
-            let bytes = work.deflate.as_mut().map_or_else(|| plain.to_vec(), |deflate| deflate.stream(plain));
+            let bytes =
+                work.deflate.as_mut().map_or_else(|| plain.to_vec(), |deflate| stream(deflate, plain));
             (bytes, fingerprint)
         };
         if codes.iter().nth(RUNS_OF_KNOWN).is_some() {
@@ -163,6 +166,9 @@ impl<F: Fn(usize) + Sync> Sink for LengthSink<F> {
     }
 }
 
+/// The compressor of chunks.
+type Deflate = ZlibEncoder<Vec<u8>>;
+
 /// What a worker reuses for every chunk of a tile.
 struct Work {
     /// The compressor, unless compression is off.
@@ -172,7 +178,8 @@ struct Work {
 
 impl Work {
     fn new(level: u8) -> Self {
-        Self { deflate: (level > 0).then(|| Deflate::new(level)), plain: Plain::default() }
+        let deflate = (level > 0).then(|| Deflate::new(Vec::new(), Compression::new(level.into())));
+        Self { deflate, plain: Plain::default() }
     }
 }
 
@@ -223,29 +230,11 @@ fn shuffle(values: &[f64]) -> Vec<u8> {
     out
 }
 
-/// Compressor for HDF5's deflate filter.
-struct Deflate {
-    compressor: Compressor,
-    scratch: Vec<u8>,
-}
-
-impl Deflate {
-    fn new(level: u8) -> Self {
-        // The levels of both run from 1, fast, to 9, small; those of libdeflate continue to 12.
-        let level = CompressionLvl::new(level.into()).unwrap_or_default();
-        Self { compressor: Compressor::new(level), scratch: Vec::new() }
-    }
-
-    fn stream(&mut self, plain: &[u8]) -> Vec<u8> {
-        let bound = self.compressor.zlib_compress_bound(plain.len());
-        if self.scratch.len() < bound {
-            self.scratch.resize(bound, 0);
-        }
-        // The library guarantees the bound, so no input makes this fail.
-        match self.compressor.zlib_compress(plain, &mut self.scratch) {
-            Ok(length) => self.scratch[..length].to_vec(),
-            Err(error) => panic!("libdeflate broke its own bound of {bound} bytes: {error}"),
-        }
+/// The zlib stream of HDF5's deflate filter.
+fn stream(deflate: &mut Deflate, plain: &[u8]) -> Vec<u8> {
+    match deflate.write_all(plain).and_then(|()| deflate.reset(Vec::new())) {
+        Ok(stream) => stream,
+        Err(error) => panic!("a vector takes no bytes: {error}"),
     }
 }
 

@@ -65,7 +65,7 @@ pub const DEFAULT_PROOF_BOXES: usize = 32;
 /// Largest number of cells that the direct engine decides again, in hours.
 pub const MOST_AUDIT_CELLS: usize = 10_000_000;
 /// Default compression of a map.
-pub const DEFAULT_COMPRESSION: u8 = 4;
+pub const DEFAULT_COMPRESSION: u8 = 2;
 
 /// Reason why a plan cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
