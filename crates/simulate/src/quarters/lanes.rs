@@ -43,6 +43,13 @@ pub(super) struct Arrival {
     pub(super) error: f64,
 }
 
+impl Arrival {
+    /// That of a quarter that creeps up to the equilibrium: W = 0.
+    fn at_rest(radius: f64) -> Self {
+        Self { square: 0.0, h: -0.5 * radius * radius, by_damping: 0.0, by_radius: 0.0, error: 0.0 }
+    }
+}
+
 /// Numbers of [`LANES`] quarters.
 type Lanes = [f64; LANES];
 /// h, dh/dC and the integral of s D of all lanes.
@@ -159,13 +166,12 @@ impl<'a> Together<'a> {
         Places { slip, square, rate, time, room }
     }
 
-    /// The arrival at rest, W = 0, of a quarter that has crept up to the equilibrium.
-    fn at_rest(&self, lane: usize) -> Option<Arrival> {
+    /// The arrival of a quarter that cannot be followed further, where it has crept up to the equilibrium.
+    fn crept(&self, lane: usize) -> Option<Arrival> {
         let height = self.radius[lane] * self.x[lane].sin();
         let square = height.mul_add(height, 2.0 * self.state[lane]);
-        let h = -0.5 * self.radius[lane] * self.radius[lane];
-        let rest = Arrival { square: 0.0, h, by_damping: 0.0, by_radius: 0.0, error: 0.0 };
-        (self.x[lane] > NEARLY_THERE && square < AT_REST * -h).then_some(rest)
+        let is_there = self.x[lane] > NEARLY_THERE && square < AT_REST * self.radius[lane].powi(2);
+        is_there.then(|| Arrival::at_rest(self.radius[lane]))
     }
 
     /// Tries a step in every lane, and takes it where it is accurate. Calls `done` with the number of each quarter that
@@ -194,7 +200,7 @@ impl<'a> Together<'a> {
             self.rhs[lane] += STAGES as u64;
             self.steps[lane] += 1;
             if self.steps[lane] > STEP_BUDGET {
-                done(self.numbers[lane], self.at_rest(lane), self.rhs[lane]);
+                done(self.numbers[lane], self.crept(lane), self.rhs[lane]);
                 self.quarters[lane] = None;
                 continue;
             }
@@ -234,7 +240,7 @@ impl<'a> Together<'a> {
                 self.width[lane] = h * if inside { ratio.clamp(0.1, 0.9) } else { 0.25 };
                 self.beyond_stop[lane] = 0.0;
                 if !(self.width[lane] > SHORTEST_STEP * scale) {
-                    done(self.numbers[lane], self.at_rest(lane), self.rhs[lane]);
+                    done(self.numbers[lane], self.crept(lane), self.rhs[lane]);
                     self.quarters[lane] = None;
                 }
                 continue;
@@ -262,8 +268,16 @@ impl<'a> Together<'a> {
                     error: self.error[lane],
                 };
                 let is_known = arrival.error < LARGEST_ERROR * square;
-                let arrival = if is_known { Some(arrival) } else { self.at_rest(lane) };
+                let arrival = if is_known { Some(arrival) } else { self.crept(lane) };
                 done(self.numbers[lane], arrival, self.rhs[lane]);
+                self.quarters[lane] = None;
+                continue;
+            }
+            if there.rate[lane] < -2.0
+                && self.steps[lane].is_power_of_two()
+                && quarter.creeps_to_rest(to, square.sqrt())
+            {
+                done(self.numbers[lane], Some(Arrival::at_rest(quarter.radius)), self.rhs[lane]);
                 self.quarters[lane] = None;
                 continue;
             }

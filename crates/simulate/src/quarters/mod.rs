@@ -393,8 +393,8 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Narrows the bounds by the signs of the mismatches, as far as their errors `own` of C allow. Returns the directions in
-    /// which C and R lie from here, as signs.
+    /// Narrows the bounds by the signs of the mismatches, as far as their errors `own` of C allow. Returns these signs, 0
+    /// where one is uncertain.
     fn bound(&mut self, meeting: &Meeting, own: f64, depth: f64) -> [f64; 2] {
         let Meeting { mismatch, errors, .. } = meeting;
         let [one, other] =
@@ -404,8 +404,8 @@ impl<'a> Search<'a> {
         } else if one + other < 0.0 {
             self.bounds[1] = self.bounds[1].min(self.viscous + own);
         }
-        // Where both signs are certain and R feels nothing of an error, the error is nothing to R either.
-        let own = match one * other < 0.0 {
+        // Where both signs are certain, or a quarter creeps to rest, R need not feel anything of an error.
+        let own = match one * other < 0.0 || mismatch.iter().any(|mismatch| mismatch.is_infinite()) {
             true => 0.0,
             false => (errors[0] + errors[1]) / meeting.by_depth[0].abs().max(meeting.by_depth[1].abs()),
         };
@@ -414,17 +414,27 @@ impl<'a> Search<'a> {
         } else if one < other {
             self.depths[1] = self.depths[1].min(depth + own);
         }
-        [one + other, one - other]
+        [one, other]
     }
 
-    /// Goes on where a quarter creeps up to the equilibrium: half-way to the bound of C, or of R, that is left.
+    /// Goes on where a quarter creeps up to the equilibrium: C by the way on which none does, if there is one, and R half-way
+    /// to its bound once C is near.
     fn halve(&mut self, meeting: &Meeting, depth: f64) -> Option<Result<Closing, u64>> {
-        let [of_damping, of_depth] = self.bound(meeting, 0.0, depth);
         let viscous = self.viscous;
-        if of_damping != 0.0 {
-            self.viscous = within(viscous, of_damping * f64::INFINITY, self.bounds);
-        } else {
-            self.depth = Some(within(depth, depth + of_depth.signum() * LONGEST_STEP, self.depths));
+        let [down, up] = meeting.mismatch;
+        let of_way = |way: usize| {
+            let by_damping = meeting.by_damping[way];
+            (-meeting.mismatch[way] / by_damping, CERTAIN * meeting.errors[way] / by_damping.abs())
+        };
+        let ((change, own), deeper) = match (down.is_finite(), up.is_finite()) {
+            (true, _) => (of_way(0), -up),
+            (false, true) => (of_way(1), down),
+            (false, false) => (((down + up) * f64::INFINITY, 0.0), down - up),
+        };
+        let signs = self.bound(meeting, own, depth);
+        self.viscous = within(viscous, viscous + change, self.bounds);
+        if signs[0] * signs[1] <= 0.0 {
+            self.depth = Some(within(depth, depth + deeper.signum() * LONGEST_STEP, self.depths));
         }
         self.before = None;
         (self.viscous == viscous && self.depth == Some(depth)).then_some(Err(self.rhs))

@@ -124,6 +124,15 @@ impl Quarter<'_> {
         self.rate.range(one.min(other), one.max(other))
     }
 
+    /// Whether the quarter with W = `speed` at this angle creeps up to the equilibrium: where -s D is at least 2 on the rest of
+    /// the way, a - m, W stays below that once it is.
+    pub(super) fn creeps_to_rest(&self, angle: f64, speed: f64) -> bool {
+        let rest = self.radius * angle.cos();
+        let Range { lo, hi } = self.range(self.radius - rest, self.radius);
+        let least = if self.sign > 0.0 { self.viscous - hi } else { lo - self.viscous };
+        speed <= rest && least >= 2.0
+    }
+
     /// The start, with the number of evaluations.
     pub(super) fn start(&self) -> (Start, u64) {
         let Self { rate, radius, slip, toward, speed, layer, viscous, sign, allowed, .. } = *self;
