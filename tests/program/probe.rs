@@ -36,6 +36,24 @@ fn json(changes: &[(&str, f64)]) -> Value {
     run.json()
 }
 
+/// The belt moves next to a corner of the friction: its orbits have errors that may hide further cycles.
+#[test]
+fn a_regime_that_is_not_known_has_a_reason_where_every_cycle_is_found() {
+    let scratch = Scratch::new();
+    scratch.file(
+        "friction.csv",
+        "u,phi\n0.0,1.0\n0.33777823298551246,0.9714259097348013\n0.3389108225930309,0.9473646976533467\n\
+         1.079214568967886,0.9246306128466842\n1.0815616201223555,0.9608534838801799\n\
+         1.2623887170051706,0.9411881285379828\n1.2994667793414547,0.8687431068802688\n\
+         10.395734234731638,0.8687431068802688\n",
+    );
+    let told = scratch.json(
+        "probe --law table --table friction.csv --epsilon 1 --V 0.3389198597574758 --c 0.11241401056629663",
+    );
+    assert_eq!((&told["regime"], &told["cycles"]["reason"]), (&"failed".into(), &Value::Null), "{told}");
+    told["regime_reason"].as_str().unwrap().says(&["further slip cycles"]);
+}
+
 #[test]
 fn json_has_every_answer_and_agrees_with_closed_forms() {
     let answer = json(&[]);

@@ -27,6 +27,9 @@ use slipmap_simulate::{
     CriticalDamping, Cycle, Fate, Flow, Landing, Neighbour, NoCriticalDamping, crossing_separates, separates,
 };
 
+/// The reason why a regime is not known where every cycle was found.
+const MAY_HAVE_MORE: &str = "within the error of the closed orbits there may be further slip cycles";
+
 impl Probe {
     /// The whole result, with the flow of the engine `direct`. Takes much longer than [`Answer::of`]: the
     /// limits in eps need a few hundred orbits.
@@ -58,7 +61,8 @@ impl Probe {
             critical_c: (&answer.critical).into(),
             sensitivity: SensitivityResult::of(&answer.law, answer.sensitivity()),
             regime: answer.regime.name(),
-            regime_reason: cycles.reason.clone().filter(|_| known.is_some()),
+            regime_reason: (cycles.reason.clone().filter(|_| known.is_some()))
+                .or_else(|| (answer.regime == Regime::Failed).then(|| MAY_HAVE_MORE.to_owned())),
             regime_known: known,
             regime_conjecture: answer.conjecture(cycles.slip_count.proved),
             equilibrium: Equilibrium::of(oscillator),
