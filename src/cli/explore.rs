@@ -57,23 +57,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 fn start(file: &Path) -> Result<Start, Failure> {
     if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let job = Job::load(file, &[])?;
-        check_law(job.plan.grid.law())?;
         return Ok(Start::of(&job.plan.grid, &job.units));
     }
     let map = open_map(file)?;
-    check_law(map.grid().law())?;
-    Ok(Start::of(map.grid(), &[]))
-}
-
-/// Refuses a law that is sampled from a function, which the page cannot name.
-fn check_law(law: &Law) -> Result<(), Failure> {
-    match law.as_written() {
-        Law::Function(_) => {
-            let problem = "the page shows no law that is a sampled function";
-            Err(Failure::bad_input(problem, "give it as a table, or as a formula"))
-        }
-        _ => Ok(()),
+    // The page cannot name it.
+    if let Law::Function(_) = map.grid().law().as_written() {
+        let problem = "the page shows no law that is a sampled function";
+        return Err(Failure::bad_input(problem, "give it as a table, or as a formula"));
     }
+    Ok(Start::of(map.grid(), &[]))
 }
 
 fn listen(port: Option<u16>) -> Result<TcpListener, Failure> {

@@ -124,15 +124,8 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io
     }
     writeln!(out, "\n{}: {}", words_of(chosen.form), measured.named(&chosen.form.formula()))?;
     let names = chosen.form.names();
-    let mut headings = vec![(String::new(), Align::Left), ("value".into(), Align::Right)];
-    headings.extend(
-        names
-            .iter()
-            .skip(1)
-            .enumerate()
-            .map(|(i, _)| (if i == 0 { "correlation".to_owned() } else { String::new() }, Align::Right)),
-    );
-    let headings: Vec<(&str, Align)> = headings.iter().map(|(name, align)| (name.as_str(), *align)).collect();
+    let mut headings = vec![("", Align::Left), ("value", Align::Right)];
+    headings.extend((1..names.len()).map(|i| (if i == 1 { "correlation" } else { "" }, Align::Right)));
     let mut table = Table::new(&headings);
     for (i, (name, error)) in names.iter().zip(chosen.errors()).enumerate() {
         let value = with_error(chosen.values[i], error);

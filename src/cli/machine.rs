@@ -116,10 +116,7 @@ impl Machine {
                     Ok(found) => Some(found),
                     // The page reports it; the rest of the page does not depend on it.
                     Err(NoRisk::NoneFound) => None,
-                    Err(why @ NoRisk::Illegal) => {
-                        return Err(Failure::bad_input(why, "choose smaller spreads"));
-                    }
-                    Err(why @ NoRisk::Interrupted) => return Err(Failure::bad_input(why, "start it again")),
+                    Err(why) => return Err(Failure::bad_input(why, "choose smaller spreads")),
                 }
             }
         };

@@ -7,7 +7,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::Failure;
 use super::output::exact;
-use slipmap_config::{Level, decimal_comma, has_unit, nearest, point_into, point_of, read_table};
+use slipmap_config::{Level, Measured, decimal_comma, has_unit, nearest, point_into, point_of};
 use slipmap_map::map::Grid;
 use slipmap_map::probe::{axis_names, flag};
 use slipmap_model::friction::{ExpressionError, Law};
@@ -111,7 +111,8 @@ impl LawArguments {
                 ))
             }
             (_, Some(phi), _) => level.formula(phi).map_err(|error| at_formula(phi, &error)),
-            (_, None, Some(path)) => read_table(path, level)
+            (_, None, Some(path)) => Measured::read(path, None)
+                .and_then(|measured| measured.table(level))
                 .map(Law::Table)
                 .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy)),
             (name, None, None) => Law::BUILT_IN.into_iter().find(|law| law.name() == name).ok_or_else(|| {

@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments, mut about: About) -> Result<Ended, Fail
             let quantities: Vec<&str> = quantities.chain(rotates.then_some(INERTIA)).collect();
             let given: Vec<String> = arguments.point.settings().into_iter().map(|(name, _)| name).collect();
             let table = PointTable::of_machines(input, &quantities, &of.machine, &given)?;
-            tell_units(table.conversions());
+            tell_units(&table.conversions);
             probe_machine::check_single(of, file, |name| table.has(name))?;
             table
         }

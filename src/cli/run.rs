@@ -14,7 +14,7 @@ use super::preflight::{Permission, Preflight, create_folders};
 use super::report::existing;
 use super::{Ended, Failure, GIT, estimate, interrupt, output, progress, say, threads};
 use slipmap_config::Job;
-use slipmap_format::{Journals, Left, PartialMap, Provenance, Resumed, StoreError};
+use slipmap_format::{Journals, PartialMap, Provenance, StoreError};
 use slipmap_map::map::{self, ComputeError, Control, Queue, Shard};
 
 /// Compute a map from a configuration file.
@@ -113,13 +113,12 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
     create_folders(&job.output)?;
     let provenance = provenance(&job);
     let map = if resume {
-        match PartialMap::resume(&job.output, &job.plan, &provenance, arguments.shard).map_err(refused)? {
-            Resumed::Partial(map) => *map,
-            Resumed::Complete => {
-                complete_already(&job, arguments.json)?;
-                return Ok(None);
-            }
-        }
+        let map = PartialMap::resume(&job.output, &job.plan, &provenance, arguments.shard);
+        let Some(map) = map.map_err(refused)? else {
+            complete_already(&job, arguments.json)?;
+            return Ok(None);
+        };
+        map
     } else {
         for replaced in preflight.replaces.iter().flatten() {
             say(&format!("note: {replaced} will be replaced"));
@@ -276,18 +275,12 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
 
 /// An error of the file system, and whether finished tiles are kept.
 pub(super) fn with_how_to_continue(error: &StoreError, output: &Path) -> String {
-    match slipmap_format::left(output) {
-        Left::Nothing => error.to_string(),
-        Left::Journals => {
-            format!("{error}\n  finished tiles are kept; when the cause is fixed,\n{}", how_to_continue())
-        }
-        Left::OutOfReach => {
-            format!(
-                "{error}\n  the finished tiles that reached it are kept; when it is back,\n{}",
-                how_to_continue()
-            )
-        }
-    }
+    let kept = match slipmap_format::any_tile(output) {
+        Ok(Some(_)) => "finished tiles are kept; when the cause is fixed",
+        Err(StoreError::Lost { .. }) => "the finished tiles that reached it are kept; when it is back",
+        _ => return error.to_string(),
+    };
+    format!("{error}\n  {kept},\n{}", how_to_continue())
 }
 
 /// The command that continues this one.

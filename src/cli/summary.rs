@@ -62,9 +62,20 @@ impl RunReport<'_> {
         }
     }
 
-    /// The command that explains the cell with this index.
+    /// The command that explains the cell with this index. For a machine it names the configuration, and the
+    /// quantities that vary or that the run overrode.
     fn probe(&self, index: &[usize]) -> String {
-        probe_command(self.job, index)
+        let (job, grid, tolerance) = (self.job, &self.job.plan.grid, self.job.plan.tolerance);
+        let Some(machine) = grid.machine_at(&grid.values(index)) else {
+            return command_line(grid.law(), &grid.point(index), tolerance);
+        };
+        let written = load_machine::<f64>(&job.config_file, &[])
+            .map_or_else(|_| Vec::new(), |of| of.machine.quantities());
+        let is_axis = |name: &str| grid.axes().iter().any(|axis| axis.name == name);
+        let set = machine.quantities().into_iter();
+        let set = set.filter(|quantity| is_axis(quantity.0) || !written.contains(quantity));
+        let sets: String = set.map(|(name, value)| format!(" --set {name}={}", exact(value))).collect();
+        format!("slipmap probe --machine '{}'{sets}", job.config_file.display())
     }
 
     fn file_size(&self) -> Option<u64> {
@@ -243,22 +254,6 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         }
     }
     Ok(())
-}
-
-/// The command that explains a cell. For a machine it names the configuration, and the quantities that vary or
-/// that the run overrode.
-pub(super) fn probe_command(job: &Job, index: &[usize]) -> String {
-    let (grid, tolerance) = (&job.plan.grid, job.plan.tolerance);
-    let Some(machine) = grid.machine_at(&grid.values(index)) else {
-        return command_line(grid.law(), &grid.point(index), tolerance);
-    };
-    let written =
-        load_machine::<f64>(&job.config_file, &[]).map_or_else(|_| Vec::new(), |of| of.machine.quantities());
-    let is_axis = |name: &str| grid.axes().iter().any(|axis| axis.name == name);
-    let set = machine.quantities().into_iter();
-    let set = set.filter(|quantity| is_axis(quantity.0) || !written.contains(quantity));
-    let sets: String = set.map(|(name, value)| format!(" --set {name}={}", exact(value))).collect();
-    format!("slipmap probe --machine '{}'{sets}", job.config_file.display())
 }
 
 /// Refuses a machine where a study compares methods on dimensionless points.

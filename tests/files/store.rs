@@ -375,22 +375,6 @@ fn nothing_half_done_appears() {
 }
 
 #[test]
-fn cells_that_were_not_computed_are_refused() {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("map.h5");
-    let plan = plan([1, 1, 1, 1, 5, 4], 100, &[Field::Verdict]);
-    let mut data = tile_data(&plan, plan.grid.tile(&plan.tile_shape, 0));
-    let verdicts = data.methods[0].verdicts.values().enumerate();
-    data.methods[0].verdicts =
-        verdicts.map(|(cell, verdict)| if cell == 7 { Verdict::NotComputed } else { verdict }).collect();
-    let writer = begin(&path, &plan);
-    writer.write(writer.pack(&data).unwrap(), &Account::none(&plan)).unwrap();
-    let error = writer.finish(&outcome()).unwrap_err();
-    assert!(matches!(error, StoreError::NotComputed { cells: 1, .. }), "{error}");
-    assert!(!path.exists());
-}
-
-#[test]
 fn a_finished_map_is_kept_when_its_name_was_taken_meanwhile() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("map.h5");

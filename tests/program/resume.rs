@@ -10,7 +10,7 @@ use crate::command::{Run, Says, Scratch, journal_bytes, journals, random, signal
 use crate::map_equal::{assert_same, contents, reference, scratch};
 use slipmap::friction::Law;
 use slipmap::map::{Account, Control, Field, Grid, Method, Plan, Queue, compute_tiles};
-use slipmap::store::{Existing, Outcome, PartialMap, Provenance, Resumed};
+use slipmap::store::{Existing, Outcome, PartialMap, Provenance};
 
 fn start(scratch: &Scratch, arguments: &[&str]) -> Child {
     scratch.start(&[&["run", "job.toml"], arguments].concat())
@@ -136,9 +136,7 @@ fn every_method_and_every_field_goes_on_where_it_stopped() {
     let path = folder.path().join("map.h5");
     drop_after(&path, &plan, 1);
     drop_after(&path, &plan, 2);
-    let Resumed::Partial(map) = PartialMap::resume(&path, &plan, &provenance, None).unwrap() else {
-        panic!("tiles are missing");
-    };
+    let map = PartialMap::resume(&path, &plan, &provenance, None).unwrap().unwrap();
     assert_eq!(map.tiles(), 3);
     let mut account = map.found.account.clone();
     account.add(add_tiles(&map, usize::MAX).0);
@@ -155,9 +153,7 @@ fn every_method_and_every_field_goes_on_where_it_stopped() {
 
 /// Adds some tiles to a map and leaves it to a later run.
 fn drop_after(path: &Path, plan: &Plan, tiles: usize) {
-    let Resumed::Partial(map) = PartialMap::resume(path, plan, &Provenance::default(), None).unwrap() else {
-        panic!("tiles are missing");
-    };
+    let map = PartialMap::resume(path, plan, &Provenance::default(), None).unwrap().unwrap();
     add_tiles(&map, tiles);
 }
 

@@ -22,9 +22,7 @@ pub use axis::range_nodes;
 pub use law::point_into;
 
 pub use machine::{MachineJob, check_names, load_machine};
-pub use measured::{
-    Fits, Fitted, FittedLaw, Level, Measured, OfMachine, Reading, law_of, read_table, words_of,
-};
+pub use measured::{Fits, Fitted, FittedLaw, Level, Measured, OfMachine, Reading, law_of, words_of};
 pub use points::PointTable;
 pub use points::point_of;
 pub use source::ConfigError;
@@ -327,9 +325,6 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
         _ => node.error(problem, remedy),
     };
     match error {
-        GridError::Empty { axis } => {
-            report(find(axis, &|_, _| true), "the axis has no values", "give it at least one number")
-        }
         GridError::NotFinite { axis, value } => {
             let at = find(axis, &|values, i| same(values[i], *value));
             report(at, &format!("{axis} must be finite"), "write a number")
@@ -347,10 +342,11 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
                 false => report(at, &format!("{next} follows {previous}"), "sort the list: axes increase"),
             }
         }
-        // One list was made per axis of the law, which is none of a machine.
-        GridError::AxisCount { .. } | GridError::NoQuantity(_) | GridError::Machine { .. } => {
-            unreachable!("{error}")
-        }
+        // One list that is not empty was read per axis of the law, which is none of a machine.
+        GridError::AxisCount { .. }
+        | GridError::Empty { .. }
+        | GridError::NoQuantity(_)
+        | GridError::Machine { .. } => unreachable!("{error}"),
         GridError::TooLarge => {
             let sizes: Vec<String> =
                 names.iter().zip(nodes).map(|(name, (v, _))| format!("{name} {}", v.len())).collect();

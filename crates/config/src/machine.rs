@@ -298,8 +298,8 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let mut values = Vec::new();
     for name in names {
         let key = if name == MASS { mass } else { name };
-        if section.get(key).is_some() {
-            values.push((name, reader.number_that(key, name)?));
+        if let Some(node) = section.get(key) {
+            values.push((name, reader.number_that(&node, key, name)?));
         }
     }
     let Reader { varied, uncertain, units, conversions, .. } = reader;
@@ -351,23 +351,22 @@ struct Reader<'a> {
     uncertain: Vec<Uncertain>,
 }
 
-impl<'a> Reader<'a> {
-    fn node(&self, key: &str) -> Result<Node<'a>, ConfigError> {
-        let how = "write a number in SI units";
-        self.section.get(key).ok_or_else(|| self.section.missing(key, how.into()))
-    }
-
-    /// Reads `quantity` from the entry `key`: a number, a list, a range, or an uncertain number; returns the first
-    /// or nominal one. A range may have a standard deviation, which applies to each of its values.
-    fn number_that(&mut self, key: &'static str, quantity: &'static str) -> Result<f64, ConfigError> {
+impl Reader<'_> {
+    /// Reads `quantity` from the entry `node`, of the name `key`: a number, a list, a range, or an uncertain number;
+    /// returns the first or nominal one. A range may have a standard deviation, which applies to each of its values.
+    fn number_that(
+        &mut self,
+        node: &Node,
+        key: &'static str,
+        quantity: &'static str,
+    ) -> Result<f64, ConfigError> {
         let is_of_formula = self.is_of_formula(quantity);
         let requirement = |value| match is_of_formula {
             true => (true, "a number"),
             false => requirement(quantity, value),
         };
-        let node = self.node(key)?;
         let read = |node: &Node| self.in_si(node, quantity);
-        let (values, spread) = match (uncertain(&node, &read)?, node.shape()) {
+        let (values, spread) = match (uncertain(node, &read)?, node.shape()) {
             (Some((value, spread)), _) => (vec![value], Some(spread)),
             (None, Shape::Table(range)) if range.get("sd").is_some() => {
                 if [DAMPING, DAMPING_RATIO].contains(&quantity) {
@@ -376,12 +375,12 @@ impl<'a> Reader<'a> {
                 }
                 let known: Vec<&str> = axis::RANGE_KEYS.into_iter().chain(["sd"]).collect();
                 refuse_unknown_keys(&range, &known)?;
-                (axis::nodes_of_range(&node, &range, &read)?, normal(&range, &read)?)
+                (axis::nodes_of_range(node, &range, &read)?, normal(&range, &read)?)
             }
-            (None, _) => (axis::nodes_by(&node, &read)?, None),
+            (None, _) => (axis::nodes_by(node, &read)?, None),
         };
         for &value in &values {
-            check(&node, key, value, requirement(value))?;
+            check(node, key, value, requirement(value))?;
         }
         if let Some(pair) = values.windows(2).find(|pair| pair[0] >= pair[1]) {
             return Err(node

@@ -39,11 +39,9 @@ pub struct PointTable {
     pub header: ByteRecord,
     /// What may be read.
     names: Vec<&'static str>,
-    /// Names of the parameters or quantities, and the column of each.
-    columns: Vec<(&'static str, usize)>,
-    /// Of the columns in another unit than SI, the factor to it; and what these units are in SI.
-    factors: Vec<(&'static str, f64)>,
-    conversions: Vec<String>,
+    columns: Vec<Column>,
+    /// What the units of its columns are in SI: "1 rpm is 0.10472 rad/s".
+    pub conversions: Vec<String>,
     /// The parameters that all rows share.
     shared: Vec<(String, f64)>,
     parsed: Arc<AtomicU64>,
@@ -51,6 +49,15 @@ pub struct PointTable {
     carriage_returns: Arc<AtomicBool>,
     /// Whether the first row has been looked at for numbers that nobody reads.
     is_checked: bool,
+}
+
+/// A column that is read.
+struct Column {
+    /// The name of the parameter or quantity.
+    name: &'static str,
+    position: usize,
+    /// The factor to SI.
+    factor: f64,
 }
 
 impl PointTable {
@@ -97,11 +104,9 @@ impl PointTable {
         given: &[String],
     ) -> Result<Self, ConfigError> {
         let table = Self::with_header(path)?;
-        let (columns, converted) = find_axes(&table.name, &table.header, quantities, Some(machine))?;
-        let factors = converted.iter().map(|(name, factor, _)| (*name, *factor)).collect();
-        let mut conversions: Vec<String> = converted.into_iter().map(|(.., told)| told).collect();
+        let (columns, mut conversions) = find_axes(&table.name, &table.header, quantities, Some(machine))?;
         conversions.dedup();
-        let table = Self { names: quantities.to_vec(), columns, factors, conversions, ..table };
+        let table = Self { names: quantities.to_vec(), columns, conversions, ..table };
         table.refuse_columns_of(given.iter().map(String::as_str))?;
         if table.has(MASS) && table.has(INERTIA) {
             let problem = "the columns `mass` and `inertia` are the same quantity";
@@ -157,27 +162,23 @@ impl PointTable {
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
-        let (names, columns, shared) = (Vec::new(), Vec::new(), Vec::new());
-        let (factors, conversions) = (Vec::new(), Vec::new());
-        let is_checked = false;
         Ok(Self {
             name,
             reader,
             header,
-            names,
-            columns,
-            factors,
-            conversions,
-            shared,
+            names: Vec::new(),
+            columns: Vec::new(),
+            conversions: Vec::new(),
+            shared: Vec::new(),
             parsed,
             carriage_returns,
-            is_checked,
+            is_checked: false,
         })
     }
 
     /// Returns whether the table has a column of this parameter or quantity.
     pub fn has(&self, name: &str) -> bool {
-        self.columns.iter().any(|(column, _)| *column == name)
+        self.columns.iter().any(|column| column.name == name)
     }
 
     /// Reads the next rows, some thousand at most; empty at the end.
@@ -214,7 +215,7 @@ impl PointTable {
 
     /// Refuses a column of numbers that is not read: its numbers would not be those of the answers.
     fn refuse_unread(&self, row: &ByteRecord) -> Result<(), ConfigError> {
-        let is_read = |position: usize| self.columns.iter().any(|(_, read)| *read == position);
+        let is_read = |position: usize| self.columns.iter().any(|column| column.position == position);
         let mut unread = (0..self.header.len()).filter(|position| !is_read(*position));
         let is_number = |position: &usize| {
             let name = field_text(self.header.get(*position).unwrap_or_default());
@@ -258,17 +259,10 @@ impl PointTable {
         })
     }
 
-    /// What the units of its columns are in SI: "1 rpm is 0.10472 rad/s".
-    pub fn conversions(&self) -> &[String] {
-        &self.conversions
-    }
-
     /// The numbers of a row by the names of their columns, of a machine in SI units.
     pub fn values(&self, row: &ByteRecord) -> Result<Vec<(&'static str, f64)>, ConfigError> {
-        let number = |&(name, _): &(&'static str, usize)| {
+        let number = |&Column { name, factor, .. }: &Column| {
             let text = self.text(row, name);
-            let factor =
-                self.factors.iter().find(|(known, _)| *known == name).map_or(1.0, |(_, factor)| *factor);
             text.parse().map(|value| (name, converted(value, factor))).map_err(|_| {
                 let problem = format!("column {name}: `{}` is not a number", text);
                 let in_header =
@@ -288,9 +282,8 @@ impl PointTable {
     }
 
     fn text(&self, row: &ByteRecord, name: &str) -> String {
-        let position = self.columns.iter().find(|(column, _)| *column == name).map(|(_, position)| *position);
-        let field = position.and_then(|position| row.get(position)).unwrap_or_default();
-        String::from_utf8_lossy(field).trim().to_owned()
+        let column = self.columns.iter().find(|column| column.name == name);
+        field_text(column.and_then(|column| row.get(column.position)).unwrap_or_default())
     }
 
     /// File and line of a row.
@@ -327,7 +320,7 @@ fn find_axes(
     header: &ByteRecord,
     names: &[&'static str],
     machine: Option<&Machine>,
-) -> Result<(Vec<Place>, Vec<Converted>), ConfigError> {
+) -> Result<(Vec<Column>, Vec<String>), ConfigError> {
     let all = machine.is_none();
     let header: Vec<String> = header.iter().map(field_text).collect();
     let bad = |problem: String, remedy: String| Err(ConfigError::new(format!("{name}:1"), problem, remedy));
@@ -343,7 +336,7 @@ fn find_axes(
         ),
     };
     let mut columns = Vec::with_capacity(names.len());
-    let mut converted = Vec::new();
+    let mut conversions = Vec::new();
     for axis in names {
         let mut found = (0..header.len()).filter(|&i| header[i] == *axis || base(&header[i]) == *axis);
         match found.next() {
@@ -356,44 +349,36 @@ fn find_axes(
                 return bad(format!("the column `{axis}` is there twice"), "take one of them out".into());
             }
             Some(position) => {
-                if let Some((_, unit)) = bracketed(&header[position]) {
-                    match factor_of(axis, unit, machine) {
-                        Ok(found) => converted.extend(found),
+                let factor = match bracketed(&header[position]) {
+                    None => 1.0,
+                    Some((_, unit)) => match factor_of(axis, unit, machine, &mut conversions) {
+                        Ok(factor) => factor,
                         Err((problem, remedy)) => {
                             return bad(format!("column {}: {problem}", position + 1), remedy);
                         }
-                    }
-                }
-                columns.push((*axis, position));
+                    },
+                };
+                columns.push(Column { name: axis, position, factor });
             }
         }
     }
     if columns.is_empty() {
         return bad("no column is a quantity of the machine".into(), remedy);
     }
-    Ok((columns, converted))
+    Ok((columns, conversions))
 }
 
-/// The name of a parameter or quantity, and the position of its column.
-type Place = (&'static str, usize);
-
-/// A column in another unit than SI: its name, the factor to SI, and words for that.
-type Converted = (&'static str, f64, String);
-
-fn unit_of(machine: &Machine, name: &str) -> &'static str {
-    machine.unit(if name == INERTIA { MASS } else { name })
-}
-
-/// The factor from the unit in a header to that in which the column is read; `None` if they are the same.
+/// The factor from the unit in a header to that in which the column is read; with words for one that is not 1.
 ///
 /// # Errors
 /// The unit is not known, or that of another quantity: the problem and a remedy.
 fn factor_of(
-    name: &'static str,
+    name: &str,
     unit: &str,
     machine: Option<&Machine>,
-) -> Result<Option<Converted>, (String, String)> {
-    let wanted = match machine.map(|machine| (machine, unit_of(machine, name))) {
+    conversions: &mut Vec<String>,
+) -> Result<f64, (String, String)> {
+    let wanted = match machine.map(|machine| (machine, machine.unit(name))) {
         None => "",
         // A name in a formula is in whatever units the formula has.
         Some((machine, "")) if matches!(machine.friction, Friction::Formula(..)) && name != DAMPING_RATIO => {
@@ -407,9 +392,10 @@ fn factor_of(
         unit => format!("{name} is read in {unit}"),
     };
     match compare(unit, wanted) {
-        Match::Same => Ok(None),
+        Match::Same => Ok(1.0),
         Match::Factor(factor) if machine.is_some() => {
-            Ok(Some((name, factor, conversion(unit, factor, wanted))))
+            conversions.push(conversion(unit, factor, wanted));
+            Ok(factor)
         }
         Match::Factor(_) | Match::Other | Match::Unknown => Err((
             format!("{read}, and the header says `{unit}`"),

@@ -203,7 +203,10 @@ impl<'a> Section<'a> {
     /// The table of this name, or an empty one.
     pub(super) fn section(&self, key: &str) -> Result<Section<'a>, ConfigError> {
         match self.get(key) {
-            Some(node) => node.table("a table"),
+            Some(node) => match node.shape() {
+                Shape::Table(table) => Ok(table),
+                _ => Err(node.wrong_kind("a table")),
+            },
             None => Ok(Section { source: self.source, path: self.child(key), table: None }),
         }
     }
@@ -310,11 +313,6 @@ impl<'a> Node<'a> {
     /// The value as a list; `wanted` describes the elements in messages.
     pub(super) fn list(&self, wanted: &str) -> Result<Vec<Node<'a>>, ConfigError> {
         self.elements().ok_or_else(|| self.wrong_kind(wanted))
-    }
-
-    fn table(&self, wanted: &str) -> Result<Section<'a>, ConfigError> {
-        let table = self.item.as_table_like().ok_or_else(|| self.wrong_kind(wanted))?;
-        Ok(Section { source: self.source, path: self.path.clone(), table: Some(table) })
     }
 
     fn elements(&self) -> Option<Vec<Node<'a>>> {
@@ -425,7 +423,8 @@ fn read(file: &Path) -> Result<String, ConfigError> {
             "name the configuration to run; `slipmap report` and `slipmap plot` read maps",
         ));
     }
-    if is_utf_16(&bytes) {
+    // The byte order marks that some editors write.
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Err(error("this file is written in UTF-16", "save it as UTF-8"));
     }
     String::from_utf8(bytes).map_err(|e| {
@@ -434,12 +433,6 @@ fn read(file: &Path) -> Result<String, ConfigError> {
             ("the text is not UTF-8 from here on", "save the file with the encoding UTF-8");
         ConfigError::new(position(file, &valid, valid.len()), problem, remedy)
     })
-}
-
-/// Returns whether a text begins with the byte order mark of UTF-16, which some spreadsheets and editors
-/// write.
-pub(super) fn is_utf_16(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
 }
 
 /// The remedy for a number with a decimal comma; `None` for other texts.

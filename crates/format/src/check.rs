@@ -371,7 +371,7 @@ fn check_cells(
             report.note(name, Some(place(ranges)), format!("{unknown} cells have unknown codes"));
         }
         for ((_, meaning), &cells) in codes.iter().zip(&counts) {
-            if *meaning == "not_computed" && cells > 0 && map.text("not_computed").is_none() {
+            if *meaning == "not_computed" && cells > 0 {
                 report.note(name, Some(place(ranges)), format!("{cells} cells were not computed"));
             }
         }

@@ -144,16 +144,6 @@ pub enum StoreError {
         /// Number of the first missing tile.
         first: usize,
     },
-    /// Cells are labelled "not computed", which no finished run has.
-    #[error("{path} would be incomplete: {variable} has {cells} cells that were not computed")]
-    NotComputed {
-        /// The output.
-        path: PathBuf,
-        /// The variable.
-        variable: String,
-        /// Number of such cells.
-        cells: u64,
-    },
 }
 
 impl StoreError {

@@ -51,20 +51,12 @@ pub fn is_journal(path: &Path) -> bool {
 /// # Errors
 /// Those of the file system.
 pub fn journals(output: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    let mut found = files::named(&beside(output, NAME)?)?;
-    found.retain(|path| is_journal(path));
-    Ok(found)
+    Ok(named_as_journals(output)?.filter(|path| is_journal(path)).collect())
 }
 
-/// As [`journals`], with those of processes that were stopped before they wrote anything.
-///
-/// # Errors
-/// Those of the file system.
-pub(super) fn journals_and_empty(output: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    let mut found = files::named(&beside(output, NAME)?)?;
-    let is_empty = |path: &Path| path.symlink_metadata().is_ok_and(|file| file.is_file() && file.len() == 0);
-    found.retain(|path| is_journal(path) || is_empty(path));
-    Ok(found)
+/// The files that have the name of a journal of the map at `output`, sorted.
+pub(super) fn named_as_journals(output: &Path) -> Result<impl Iterator<Item = PathBuf>, StoreError> {
+    Ok(files::named(&beside(output, NAME)?)?.into_iter())
 }
 
 /// Makes the part of a frame before its contents.
@@ -304,14 +296,6 @@ mod tests {
         std::os::unix::fs::symlink(&both[0], folder.path().join("map.h5.part.link")).unwrap();
         assert_eq!(journals(&output).unwrap(), both);
         assert!(both.iter().all(|path| is_journal(path)));
-    }
-
-    #[test]
-    fn a_journal_that_was_removed_is_gone() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut journal = Journal::create(&folder.path().join("map.h5"), b"a header").unwrap();
-        fs::remove_file(&journal.path).unwrap();
-        assert!(matches!(journal.sync(), Err(StoreError::Gone(_))));
     }
 
     #[test]

@@ -21,7 +21,7 @@ use slipmap_map::map::{Account, Plan, Shard};
 use super::codec::{from_bytes, to_bytes};
 use super::error::StoreError;
 use super::identity::{check_finished, difference, get};
-use super::journal::{Frame, HEADER, Reader, journals, journals_and_empty};
+use super::journal::{Frame, HEADER, Reader, is_journal, journals, named_as_journals};
 use super::pack::PackedTile;
 use super::seal::{UNFINISHED, beside};
 use super::writer::MapWriter;
@@ -50,20 +50,13 @@ pub(super) struct TileRecord<Tile, Of> {
 
 /// The contents of a journal's header: the attributes of the map that are known before the run, and what
 /// concerns the run alone.
-pub(super) fn header(opening: &[(String, Value)], history: &str, of: Run) -> Vec<u8> {
-    let mut attributes = opening.to_vec();
-    let shards = of.shard.map_or(0, Shard::of) as i64;
-    attributes.push((REPLACES.into(), i64::from(of.existing == Existing::Replace).into()));
+pub(super) fn header(found: &Journals, history: &str, shard: Option<Shard>) -> Vec<u8> {
+    let mut attributes = found.opening.clone();
+    let shards = shard.map_or(0, Shard::of) as i64;
+    attributes.push((REPLACES.into(), i64::from(found.existing == Existing::Replace).into()));
     attributes.push((SHARDS.into(), shards.into()));
     attributes.push(("history".into(), history.into()));
     to_bytes(&attributes)
-}
-
-/// What a run does.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Run {
-    pub(super) existing: Existing,
-    pub(super) shard: Option<Shard>,
 }
 
 /// A place of a tile: the number of its journal, from 1, and the frame's position and length there.
@@ -252,8 +245,8 @@ impl Journals {
     /// tile.
     ///
     /// # Errors
-    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are,
-    /// [`StoreError::Overtaken`] if the output appeared meanwhile, is another map, and is not to be replaced;
+    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::Overtaken`] if the output appeared
+    /// meanwhile, is another map, and is not to be replaced;
     /// otherwise the error of the file system or of the library. After an error the journals stay, so that no
     /// tile is lost.
     pub fn finish(&self, outcome: &Outcome) -> Result<(), StoreError> {
@@ -345,8 +338,11 @@ fn longest(schema: &Schema) -> u64 {
     LONGEST_HEADER.max(plain + plain / 16)
 }
 
-/// Whether a journal of the map at `output` holds a tile.
-pub(super) fn any_tile(output: &Path) -> Result<Option<PathBuf>, StoreError> {
+/// A journal of the map at `output` that holds a tile.
+///
+/// # Errors
+/// Those of the file system.
+pub fn any_tile(output: &Path) -> Result<Option<PathBuf>, StoreError> {
     for path in journals(output)? {
         let failed = |source| StoreError::io("read", &path, source);
         let mut reader = Reader::open(&path, u64::MAX).map_err(failed)?;
@@ -365,7 +361,9 @@ pub(super) fn any_tile(output: &Path) -> Result<Option<PathBuf>, StoreError> {
 /// Those of the file system.
 pub fn remove_parts(output: &Path) -> Result<(), StoreError> {
     remove_unfinished(output);
-    for path in journals_and_empty(output)? {
+    // A process that was stopped before it wrote anything leaves an empty one.
+    let is_empty = |path: &Path| path.symlink_metadata().is_ok_and(|file| file.is_file() && file.len() == 0);
+    for path in named_as_journals(output)?.filter(|path| is_journal(path) || is_empty(path)) {
         match fs::remove_file(&path) {
             // Another process removes them too.
             Err(source) if source.kind() != io::ErrorKind::NotFound => {
@@ -384,25 +382,5 @@ pub fn remove_unfinished(output: &Path) {
     for path in unfinished.unwrap_or_default() {
         // If it cannot be removed now, the next run removes it.
         let _ = fs::remove_file(path);
-    }
-}
-
-/// The files that interrupted runs have left at a path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Left {
-    /// No journal, so nothing can be resumed.
-    Nothing,
-    /// Journals, which can be resumed.
-    Journals,
-    /// Unknown: the path cannot be reached.
-    OutOfReach,
-}
-
-/// Looks for interrupted runs of the map at `path`.
-pub fn left(path: &Path) -> Left {
-    match any_tile(path) {
-        Ok(Some(_)) => Left::Journals,
-        Err(StoreError::Lost { .. }) => Left::OutOfReach,
-        _ => Left::Nothing,
     }
 }

@@ -11,7 +11,7 @@ use slipmap_map::map::{Account, Plan, Shard, Sink, TileData};
 use super::codec::to_bytes;
 use super::error::StoreError;
 use super::journal::{Frame, Journal};
-use super::journals::{Journals, Run, TileRecord, any_tile, header, remove_parts};
+use super::journals::{Journals, TileRecord, any_tile, header, remove_parts};
 use super::pack::{PackedTile, Packer};
 
 /// An unfinished map: the tiles that earlier and other runs have left, and those of this process.
@@ -30,15 +30,6 @@ pub struct PartialMap {
 struct Own {
     journal: Journal,
     tiles: Vec<Frame>,
-}
-
-/// The result of resuming.
-#[derive(Debug)]
-pub enum Resumed {
-    /// An unfinished map, perhaps without any finished tile.
-    Partial(Box<PartialMap>),
-    /// The finished map: nothing is left to compute.
-    Complete,
 }
 
 impl PartialMap {
@@ -67,8 +58,7 @@ impl PartialMap {
         Self::with(Journals::none(path, plan, provenance, existing), provenance, None)
     }
 
-    /// Continues the map, or a shard of it, from whatever journals there are; [`Resumed::Complete`] if the map is
-    /// finished.
+    /// Continues the map, or a shard of it, from whatever journals there are; `None` if the map is finished.
     ///
     /// # Errors
     /// As [`Journals::beside`] and [`PartialMap::begin`].
@@ -77,10 +67,10 @@ impl PartialMap {
         plan: &Plan,
         provenance: &Provenance,
         shard: Option<Shard>,
-    ) -> Result<Resumed, StoreError> {
+    ) -> Result<Option<Self>, StoreError> {
         match Journals::beside(path, plan, provenance, shard)? {
-            None => remove_parts(path).map(|()| Resumed::Complete),
-            Some(found) => Ok(Resumed::Partial(Box::new(Self::with(found, provenance, shard)?))),
+            None => remove_parts(path).map(|()| None),
+            Some(found) => Self::with(found, provenance, shard).map(Some),
         }
     }
 
@@ -91,8 +81,7 @@ impl PartialMap {
         if tiles > 0 {
             history = format!("{history} (resumed with {tiles} of {} tiles)", found.tiles());
         }
-        let run = Run { existing: found.existing, shard };
-        let journal = Journal::create(&found.output, &header(&found.opening, &history, run))?;
+        let journal = Journal::create(&found.output, &header(&found, &history, shard))?;
         Ok(Self {
             own: Mutex::new(Own { journal, tiles: Vec::new() }),
             history,

@@ -189,10 +189,6 @@ impl MapFile {
     /// # Errors
     /// As [`MapFile::codes`].
     pub fn real_slice(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<f64>, StoreError> {
-        if variable == PROBABILITY && self.has_probability() {
-            let dataset = self.file.dataset(variable).map_err(|error| self.failed(variable, &error))?;
-            return self.slice_of(&dataset, variable, at);
-        }
         self.slice(variable, at)
     }
 
@@ -202,7 +198,8 @@ impl MapFile {
     }
 
     pub(super) fn dataset(&self, variable: &str) -> Result<Dataset, StoreError> {
-        if !self.has(variable) {
+        let is_probability = variable == PROBABILITY && self.has_probability();
+        if !self.has(variable) && !is_probability {
             return Err(StoreError::NoVariable {
                 path: self.path.clone(),
                 name: variable.into(),
@@ -227,15 +224,7 @@ impl MapFile {
     }
 
     fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
-        self.slice_of(&self.dataset(variable)?, variable, at)
-    }
-
-    fn slice_of<T: hdf5::H5Type>(
-        &self,
-        dataset: &Dataset,
-        variable: &str,
-        at: &[Pick],
-    ) -> Result<ArrayD<T>, StoreError> {
+        let dataset = self.dataset(variable)?;
         let shape = dataset.shape();
         let fits = |(pick, &len): (&Pick, &usize)| match *pick {
             Pick::Node(index) => index < len,

@@ -90,11 +90,10 @@ impl MapWriter {
     /// Completes the map, seals it, forces it to disk, and gives it its name.
     ///
     /// # Errors
-    /// [`StoreError::NotComputed`] if cells were not computed, [`StoreError::Overtaken`] if the output appeared
-    /// meanwhile and is not to be replaced; otherwise the error of the file system or of the library. All errors
-    /// except `Overtaken` remove the temporary file.
+    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the error of
+    /// the file system or of the library. All errors except `Overtaken` remove the temporary file.
     pub(super) fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
-        self.check_computed()?;
+        assert_eq!(self.tiles, self.schema.tiles(), "every tile is written");
         let Self { datasets, file, temporary, output, existing, history, schema, written, .. } = self;
         let schema = &schema;
         let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
@@ -127,24 +126,6 @@ impl MapWriter {
             let Written { digest, counts } = &mut self.written[position];
             digest.update(chunk.fingerprint);
             counts.iter_mut().zip(chunk.counts).for_each(|(sum, cells)| *sum += cells);
-        }
-        Ok(())
-    }
-
-    /// Returns an error unless every cell was computed.
-    fn check_computed(&self) -> Result<(), StoreError> {
-        assert_eq!(self.tiles, self.schema.tiles(), "every tile is written");
-        for (variable, written) in self.schema.variables.iter().zip(&self.written) {
-            let codes = variable.codes().unwrap_or_default();
-            let not_computed =
-                codes.iter().zip(&written.counts).find(|((_, name), _)| *name == "not_computed");
-            if let Some((_, &cells @ 1..)) = not_computed {
-                return Err(StoreError::NotComputed {
-                    path: self.output.clone(),
-                    variable: variable.name.clone(),
-                    cells,
-                });
-            }
         }
         Ok(())
     }

@@ -331,9 +331,9 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::{Friction, example};
-    use slipmap_model::friction::{Expression, Law, Table};
-    use slipmap_model::point::{LawParameters, Point};
+    use crate::machine::{Friction, example, example_of, formula};
+    use slipmap_model::friction::{Law, Table};
+    use slipmap_model::point::Point;
     use slipmap_numbers::random::Random;
     use slipmap_simulate::slip_cycle::slip_cycles;
 
@@ -388,11 +388,7 @@ mod tests {
     #[test]
     fn nothing_vibrates_above_the_last_limit() {
         // Steady slip is unstable beyond the critical damping: a slip cycle attracts there.
-        let law = Expression::new("0.25 + 0.15*exp(-(u/0.05)^2)", 1.0).unwrap();
-        let friction = Friction::Formula(law, LawParameters::new(&[]));
-        let (stiffness, normal_force, belt_speed) = (5e5, 1000.0, 0.06);
-        let bell =
-            Machine { friction, mass: 2.0, stiffness, normal_force, belt_speed, ..example(Law::Stribeck) };
+        let bell = example_of(formula("0.25 + 0.15*exp(-(u/0.05)^2)"), [2.0, 5e5, 1000.0, 0.06, 4.0]);
         let mut beyond_critical = 0;
         for machine in Law::BUILT_IN.iter().map(machine).chain([bell]) {
             let all = assess(&machine).unwrap();
@@ -439,15 +435,11 @@ mod tests {
 
     #[test]
     fn limits_of_the_speed_do_not_depend_on_the_working_speed() {
-        let formula = Expression::new("0.25 + 0.15*exp(-(u/0.05)^2)", 1.0).unwrap();
         let data = [(0.0, 0.4), (0.05, 0.36), (0.12, 0.33), (0.3, 0.31), (0.8, 0.3), (2.0, 0.3)];
         let table = Table::new("a test", &data, data[0].1).unwrap();
         let machines = [
             machine(&Law::Exponential),
-            Machine {
-                friction: Friction::Formula(formula, LawParameters::new(&[])),
-                ..machine(&Law::Stribeck)
-            },
+            Machine { friction: formula("0.25 + 0.15*exp(-(u/0.05)^2)"), ..machine(&Law::Stribeck) },
             Machine { friction: Friction::Measured(table), ..machine(&Law::Stribeck) },
         ];
         for machine in machines {
@@ -475,15 +467,8 @@ mod tests {
             0.3022,
         ];
         let data: Vec<(f64, f64)> = speeds.into_iter().zip(friction).collect();
-        let machine = Machine {
-            friction: Friction::Measured(Table::new("a pad", &data, data[0].1).unwrap()),
-            mass: 1.8,
-            stiffness: 4.2e5,
-            normal_force: 900.0,
-            belt_speed: 0.1,
-            damping: 300.0,
-            ..example(Law::Stribeck)
-        };
+        let friction = Friction::Measured(Table::new("a pad", &data, data[0].1).unwrap());
+        let machine = example_of(friction, [1.8, 4.2e5, 900.0, 0.1, 300.0]);
         let all = assess(&machine).unwrap();
         assert_eq!(all.behaviour.regime, Regime::Bistable);
         assert_eq!(all.slip_cycles_unknown, None);
@@ -509,16 +494,7 @@ mod tests {
             })
             .collect();
         let friction = Friction::Measured(Table::new("a ramp", &data, data[0].1).unwrap());
-        let [mass, stiffness, normal_force] = [2.0, 5e5, 1000.0];
-        let machine = Machine {
-            friction,
-            mass,
-            stiffness,
-            normal_force,
-            belt_speed: 0.15,
-            damping: 30.0,
-            ..example(Law::Stribeck)
-        };
+        let machine = example_of(friction, [2.0, 5e5, 1000.0, 0.15, 30.0]);
         let Model { law, point, .. } = machine.model().unwrap();
         let oscillator = Oscillator::new(&law, &point);
         let attractors = map::Behaviour::new(&oscillator.curve, oscillator.belt_speed);
@@ -529,11 +505,8 @@ mod tests {
 
     /// Friction that rises at first, falls, and rises again with a viscous part.
     fn stribeck_curve() -> Machine {
-        let law = Expression::new("0.1 + 0.05*exp(-(u/0.005)^2) + 0.5*u*exp(-u/1e-4) + 0.4*u", 1.0).unwrap();
-        let friction = Friction::Formula(law, LawParameters::new(&[]));
-        let [mass, stiffness, normal_force, belt_speed, damping] = [20.0, 1e6, 200.0, 0.002, 30.0];
-        let like = example(Law::Stribeck);
-        Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..like }
+        let friction = formula("0.1 + 0.05*exp(-(u/0.005)^2) + 0.5*u*exp(-u/1e-4) + 0.4*u");
+        example_of(friction, [20.0, 1e6, 200.0, 0.002, 30.0])
     }
 
     /// The intervals against the regimes at values of their own.

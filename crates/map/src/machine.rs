@@ -63,9 +63,7 @@ impl Motion {
             Motion::Rotation => rotation,
         }
     }
-}
 
-impl Motion {
     /// The SI unit of a parameter of a fitted law, by its name there; `forces` is whether its friction is a force.
     pub fn unit_of_fitted(self, parameter: &str, forces: bool) -> &'static str {
         match (parameter, forces, self) {
@@ -289,17 +287,15 @@ impl Machine {
         let [mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed] =
             numbers;
         let coefficients = Coefficients::from_array([rest, kinetic, velocity, strengthening, 1.0]);
-        let friction = Friction::Coefficients(law, coefficients);
-        let (normal_force_is_known, small) = (true, false);
         Self {
             motion,
             mass,
             stiffness,
             damping,
             normal_force,
-            normal_force_is_known,
-            friction,
-            small,
+            normal_force_is_known: true,
+            friction: Friction::Coefficients(law, coefficients),
+            small: false,
             belt_speed,
             given: Given::default(),
         }
@@ -376,7 +372,7 @@ impl Machine {
             (!legal).then_some((name, value, wanted))
         });
         match &self.friction {
-            Friction::Coefficients(_, of) if !of.kinetic_is_legal() => {
+            Friction::Coefficients(_, of) if !(0.0..=of.static_friction).contains(&of.kinetic_friction) => {
                 illegal.or(Some(("kinetic_friction", of.kinetic_friction, Coefficients::KINETIC)))
             }
             _ => illegal,
@@ -441,6 +437,20 @@ pub(crate) fn example(law: Law) -> Machine {
     let stribeck_velocity = if law == Law::Coulomb { 1.0 } else { 0.25 };
     let values = [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, stribeck_velocity, 0.02, 0.1];
     Machine::from_array(Motion::Translation, law, values)
+}
+
+/// A machine with this friction, mass, stiffness, normal force, belt speed and damping.
+#[cfg(test)]
+pub(crate) fn example_of(friction: Friction, numbers: [f64; 5]) -> Machine {
+    let [mass, stiffness, normal_force, belt_speed, damping] = numbers;
+    Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..example(Law::Stribeck) }
+}
+
+/// The friction of a formula without names in it.
+#[cfg(test)]
+pub(crate) fn formula(text: &str) -> Friction {
+    let formula = slipmap_model::friction::Expression::new(text, 1.0).unwrap();
+    Friction::Formula(formula, slipmap_model::point::LawParameters::new(&[]))
 }
 
 #[cfg(test)]

@@ -270,12 +270,6 @@ struct Found {
     sticks_from: f64,
 }
 
-/// Whether some orbit of one of the machines may cross the belt line for ever, as far as a part of them tell.
-fn some_may_cross(draws: &[Draw]) -> bool {
-    let may = |draw: &Draw| draw.machine.model().is_some_and(|model| may_cross(&model.column()));
-    draws.iter().step_by(draws.len().div_ceil(TRIED).max(1)).any(may)
-}
-
 /// Whether some orbit of a column may cross the belt line for ever.
 fn may_cross(column: &Column) -> bool {
     FarLoops::where_friction_resists(&column.curve, column.belt_speed).inward_from(0.0) > 0.0
@@ -350,7 +344,10 @@ impl Needed {
         let chunks: Vec<_> = (0..draws.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
         let drawn = chunks.into_iter().collect::<Result<Vec<_>, NoRisk>>()?;
         let drawn: Vec<Draw> = drawn.into_iter().flatten().collect();
-        let may_cross = some_may_cross(&drawn);
+        // As far as a part of them tell.
+        let some = drawn.iter().step_by(drawn.len().div_ceil(TRIED).max(1));
+        let mut models = some.filter_map(|draw| draw.machine.model());
+        let may_cross = models.any(|model| may_cross(&model.column()));
         let search = |some: &[Draw]| all.search(some, may_cross);
         let found: Vec<Option<Found>> = drawn.par_chunks(SEARCHED_TOGETHER).flat_map_iter(search).collect();
         let known = drawn.iter().zip(&found).filter_map(|(draw, found)| Some((draw, found.as_ref()?)));

@@ -47,14 +47,14 @@ pub(super) fn find(
 ) -> Result<Columns, Refused> {
     let name = |column: usize| header.and_then(|(_, fields)| fields.get(column)).map_or("", String::as_str);
     let line = header.map(|(line, _)| *line);
-    let refuse = |problem: String, remedy: String| Err(Refused { line, problem, remedy });
+    let refused = |problem: String, remedy: String| Refused { line, problem, remedy };
     let named = numeric.iter().filter(|column| !name(**column).is_empty()).count();
     match (numeric.len(), named) {
         (0 | 1, _) => {
-            return refuse(
+            return Err(refused(
                 "there is only one column of numbers".into(),
                 "write slip speed and friction, separated by a comma".into(),
-            );
+            ));
         }
         (3, 0) => {
             return Err(Refused::whole(
@@ -78,7 +78,7 @@ pub(super) fn find(
         found.collect::<Vec<usize>>()
     };
     let two = |what: &str, one: usize, other: usize| {
-        refuse(
+        refused(
             format!("`{}` and `{}` may both be the {what}", name(one), name(other)),
             "give the one that is not another name, or take it out".into(),
         )
@@ -86,27 +86,17 @@ pub(super) fn find(
     let mut unknown = of(Role::Unknown).into_iter();
     let missing = |what: &str| {
         let fields: Vec<&str> = numeric.iter().map(|&column| name(column)).take(NAMED).collect();
-        refuse(
+        refused(
             format!("no column is the {what}; there are {}", fields.join(", ")),
             "name the columns speed and friction".into(),
         )
     };
-    let speed = match of(Role::Speed)[..] {
-        [one] => one,
-        [one, other, ..] => return two("slip speed", one, other),
-        [] => match unknown.next() {
-            Some(first) => first,
-            None => return missing("slip speed"),
-        },
+    let mut find = |role: Role, what: &str| match of(role)[..] {
+        [one] => Ok(one),
+        [one, other, ..] => Err(two(what, one, other)),
+        [] => unknown.next().ok_or_else(|| missing(what)),
     };
-    let friction = match of(Role::Friction)[..] {
-        [one] => one,
-        [one, other, ..] => return two("friction", one, other),
-        [] => match unknown.next() {
-            Some(first) => first,
-            None => return missing("friction"),
-        },
-    };
+    let (speed, friction) = (find(Role::Speed, "slip speed")?, find(Role::Friction, "friction")?);
     let errors = of(Role::Error);
     let error = errors.iter().find(|column| **column > friction).or(errors.first()).copied();
     let time = of(Role::Time).first().copied();
@@ -122,7 +112,7 @@ pub(super) fn find(
     if let Some(column) = error
         && is_deviation(name(column))
     {
-        return refuse(
+        return Err(refused(
             format!(
                 "the header calls column {} `{}`, a standard deviation, but standard errors are read",
                 column + 1,
@@ -131,13 +121,13 @@ pub(super) fn find(
             "divide it by the square root of the number of readings in each row, and call it `se`; if each row is one \
              reading, call it `se`"
                 .into(),
-        );
+        ));
     }
     if let Some(column) = [speed, friction].into_iter().find(|column| is_logarithm(name(*column))) {
-        return refuse(
+        return Err(refused(
             format!("the header says `{}`, a logarithm", name(column)),
             "write the slip speeds and the friction themselves".into(),
-        );
+        ));
     }
     if header.is_none() || (speed, friction) != (0, 1) {
         let why = if header.is_none() { "no header: " } else { "" };
@@ -156,7 +146,7 @@ pub(super) fn find(
     if let Some(machine) = machine {
         columns
             .read_units([name(speed), name(friction), error.map_or("", name)], machine)
-            .map_err(|(problem, remedy)| Refused { line, problem, remedy })?;
+            .map_err(|(problem, remedy)| refused(problem, remedy))?;
     }
     match unused.as_slice() {
         [] => {}

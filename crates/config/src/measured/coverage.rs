@@ -4,14 +4,13 @@
 //! an error of 0.5 to 5 %, and at random repeated, unsorted, in both directions, in mm/s and kN with decimal commas,
 //! with readings at rest or standard errors. The answers are those of the best fit, or of the curve through the rows.
 
-use super::{Level, Measured, OfMachine};
+use super::{Measured, OfMachine};
+use crate::{MachineJob, load_machine};
 use rayon::prelude::*;
 use slipmap_map::assessment::{Assessment, assess, assess_fitted};
 use slipmap_map::behaviour::Limit;
-use slipmap_map::machine::{Friction, Given, Machine, Motion};
-use slipmap_map::risk::{Spread, Uncertain, WithError, uncertain_critical_damping};
-use slipmap_model::friction::Expression;
-use slipmap_model::point::LawParameters;
+use slipmap_map::machine::Machine;
+use slipmap_map::risk::{WithError, uncertain_critical_damping};
 use slipmap_numbers::random::Random;
 use slipmap_simulate::critical::critical_damping;
 use slipmap_simulate::sensitivity::influence;
@@ -41,12 +40,23 @@ enum As {
     Table,
 }
 
-/// The true law of a case, and what was measured.
+/// The true law of a case, and the file of what was measured.
 struct Case {
     words: String,
     rows: usize,
     machine: Machine,
-    text: String,
+    rig: String,
+}
+
+/// The machine of a configuration with this friction, beside a file of readings; `None` where it is refused.
+fn job(friction: &str, [mass, belt_speed, damping]: [f64; 3], rig: &str) -> Option<MachineJob> {
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("machine.toml");
+    let machine =
+        format!("mass = {mass}\nstiffness = {STIFFNESS}\ndamping = {damping}\nbelt_speed = {belt_speed}");
+    std::fs::write(folder.path().join("rig.csv"), rig).unwrap();
+    std::fs::write(&config, format!("[machine]\n{machine}\n{friction}")).unwrap();
+    load_machine::<f64>(&config, &[]).ok()
 }
 
 impl Case {
@@ -60,8 +70,8 @@ impl Case {
         let (belt_speed, mass) = (FALL * between(0.5, 8.0), between(0.4, 10.0));
         let (rows, noise) = (between(15.0, most_rows) as usize, REST * between(0.005, 0.05));
         let text = format!("{far} + {}*{} + {rise}*u", REST - far, formula.replace('W', &FALL.to_string()));
-        let friction = Friction::Formula(Expression::new(&text, 1.0).unwrap(), LawParameters::new(&[]));
-        let mut machine = machine(friction, mass, belt_speed, 0.0);
+        let friction = format!("[friction]\nlaw = \"expression\"\nquantity = \"force\"\nphi = \"{text}\"");
+        let mut machine = job(&friction, [mass, belt_speed, 0.0], "").unwrap().machine;
         let model = machine.model().unwrap();
         let reach = influence(&model.column(), 2).unwrap()[1].to * model.si.velocity;
         let critical = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.damping;
@@ -70,56 +80,33 @@ impl Case {
         // Steady slip needs a kick between the two limits.
         machine.damping =
             if hopf < 0.8 * critical { 0.5 * (hopf.max(0.0) + critical) } else { 0.7 * critical };
-        let text = readings(&mut random, rows, 1.5 * reach, noise, &force);
+        let rig = readings(&mut random, rows, 1.5 * reach, noise, &force);
         let (noise, speed) = (noise / REST, belt_speed / FALL);
-        Self {
-            words: format!("{name}, {rows} rows, noise {noise:.4}, V/v_s {speed:.2}"),
-            rows,
-            machine,
-            text,
-        }
+        let words = format!("{name}, {rows} rows, noise {noise:.4}, V/v_s {speed:.2}");
+        Self { words, rows, machine, rig }
     }
 
     /// The machine with the measured friction, and the errors of that; `None` where no law is fitted.
-    fn measured(&self, what: As) -> Option<(Machine, Vec<Uncertain>)> {
-        let of = OfMachine { motion: None, forces: Some(true) };
-        let measured = Measured::of_bytes("rig.csv", self.text.as_bytes(), Some(of)).unwrap();
-        let Machine { mass, belt_speed, damping, .. } = self.machine;
-        if what == As::Table {
-            let friction = Friction::Measured(measured.table(Level::First).unwrap());
-            return Some((machine(friction, mass, belt_speed, damping), Vec::new()));
-        }
-        let [in_slip, at_rest] = measured.readings().unwrap();
-        let fit = slipmap_fit::fits(&in_slip, &at_rest).ok()?.swap_remove(0);
-        let formula = match fit.at_rest {
-            None => Expression::new(&fit.form.formula(), 1.0),
-            Some([level, _]) => Expression::with_static(&fit.form.formula(), level),
+    fn measured(&self, what: As) -> Option<MachineJob> {
+        let friction = match what {
+            As::Table => "[friction]\nlaw = \"table\"\nquantity = \"force\"\nfile = \"rig.csv\"".to_owned(),
+            As::Fit => {
+                let of = OfMachine { motion: None, forces: Some(true) };
+                let measured = Measured::of_bytes("rig.csv", self.rig.as_bytes(), Some(of)).unwrap();
+                measured.to_toml(measured.fits(None).ok()?.chosen())
+            }
         };
-        let formula = formula.unwrap();
-        let rows: Vec<Vec<f64>> =
-            fit.covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
-        let factor = crate::fitted::factor(&rows).unwrap();
-        let names = formula.parameters().iter().map(|parameter| parameter.name);
-        let uncertain = names.map(|name| {
-            let row = fit.form.names().iter().position(|known| *known == name).unwrap();
-            let row = std::array::from_fn(|k| factor[row].get(k).copied().unwrap_or(0.0));
-            (name, Spread::Joint { row })
-        });
-        let uncertain = uncertain.collect();
-        let values = formula.parameters().iter().map(|parameter| {
-            let row = fit.form.names().iter().position(|known| *known == parameter.name).unwrap();
-            fit.values[row]
-        });
-        let values: Vec<f64> = values.collect();
-        let friction = Friction::Formula(formula, LawParameters::new(&values));
-        Some((machine(friction, mass, belt_speed, damping), uncertain))
+        let Machine { mass, belt_speed, damping, .. } = self.machine;
+        job(&friction, [mass, belt_speed, damping], &self.rig)
     }
 
     /// The true critical damping, and the one that is stated.
     fn critical(&self, what: As) -> (f64, Option<WithError>) {
         let model = self.machine.model().unwrap();
         let expected = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.damping;
-        let Some((machine, uncertain)) = self.measured(what) else { return (expected, None) };
+        let Some(MachineJob { machine, uncertain, .. }) = self.measured(what) else {
+            return (expected, None);
+        };
         // Rows without errors have them on a page alone.
         let of_page = || assess(&machine)?.standard_errors?.critical_damping;
         (expected, uncertain_critical_damping(&machine, &uncertain).or_else(of_page))
@@ -127,7 +114,7 @@ impl Case {
 
     /// The true critical belt speed and kick, and those that are stated.
     fn of_page(&self, what: As) -> [(Option<f64>, Option<WithError>); 2] {
-        let all = self.measured(what).and_then(|(machine, uncertain)| assess_fitted(&machine, &uncertain));
+        let all = self.measured(what).and_then(|job| assess_fitted(&job.machine, &job.uncertain));
         let (Some(truth), Some(all)) = (assess(&self.machine), all) else { return [(None, None); 2] };
         let limit = |of: &Assessment| match of.behaviour.critical_belt_speed {
             Limit::Below(value) => Some(value),
@@ -137,29 +124,12 @@ impl Case {
         let errors = all.standard_errors;
         if errors.and_then(|errors| errors.critical_belt_speed).is_none() {
             let [found, needed] = [limit(&all), all.needed_for_speeds];
-            println!(
-                "{}: no error of the belt speed {found:.3?}; data needed up to {needed:.3?}",
-                self.words
-            );
+            let words = &self.words;
+            println!("{words}: no error of the belt speed {found:.3?}; data needed up to {needed:.3?}");
         }
         let of_kick = errors.and_then(|errors| Some(errors.kick?.forward)).zip(kick(&all));
         let of_kick = of_kick.map(|(standard_error, value)| WithError { value, standard_error });
         [(limit(&truth), errors.and_then(|errors| errors.critical_belt_speed)), (kick(&truth), of_kick)]
-    }
-}
-
-fn machine(friction: Friction, mass: f64, belt_speed: f64, damping: f64) -> Machine {
-    Machine {
-        motion: Motion::Translation,
-        mass,
-        stiffness: STIFFNESS,
-        damping,
-        normal_force: 1.0,
-        normal_force_is_known: false,
-        friction,
-        small: false,
-        belt_speed,
-        given: Given::default(),
     }
 }
 
@@ -270,23 +240,19 @@ fn readings(
     } else {
         data.sort_by(|one, other| one[0].abs().total_cmp(&other[0].abs()));
     }
-    let header = match (german, errors) {
-        (false, false) => "v [m/s],F [N]\n",
-        (false, true) => "v [m/s],F [N],se [N]\n",
-        (true, false) => "Versuch 7\n\nv [mm/s];F [kN]\n",
-        (true, true) => "Versuch 7\n\nv [mm/s];F [kN];se [kN]\n",
+    let (header, scale, digits, separator) = match german {
+        false => ("v [m/s],F [N]", [1.0; 2], [6, 3], ","),
+        true => ("Versuch 7\n\nv [mm/s];F [kN]", [1e3, 1e-3], [4, 6], ";"),
     };
     let mut text = header.to_owned();
+    if errors {
+        text.push_str(if german { ";se [kN]" } else { ",se [N]" });
+    }
     for [u, f] in data {
-        let line = match german {
-            false => format!("{u:.6},{f:.3}{}", if errors { format!(",{noise:.3}") } else { String::new() }),
-            true => {
-                let error = if errors { format!(";{:.6}", 1e-3 * noise) } else { String::new() };
-                format!("{:.4};{:.6}{error}", 1e3 * u, 1e-3 * f).replace('.', ",")
-            }
-        };
-        text.push_str(&line);
-        text.push('\n');
+        let columns = if errors { vec![f, noise] } else { vec![f] };
+        let mut line = format!("\n{:.*}", digits[0], scale[0] * u);
+        columns.iter().for_each(|f| line.push_str(&format!("{separator}{:.*}", digits[1], scale[1] * f)));
+        text.push_str(&if german { line.replace('.', ",") } else { line });
     }
     text
 }

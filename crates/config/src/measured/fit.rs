@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::Measured;
 use slipmap_fit::{Fit, Form, NoFit, Reading, fits};
 use slipmap_map::machine::{AREA, Coefficients, Dimension, NORMAL_FORCE, PRESSURE, RADIUS};
+use slipmap_model::friction::readings::Knot;
 use slipmap_numbers::text::{known_part, rounded, short};
 use toml_edit::{DocumentMut, Item, TomlError};
 
@@ -160,12 +161,12 @@ impl Measured {
     /// # Errors
     /// The problem with its line, and a remedy.
     pub fn readings(&self) -> Result<[Vec<Reading>; 2], (String, String)> {
-        let of = |readings: &[super::Reading]| -> Vec<Reading> {
-            let of =
-                |row: &super::Reading| Reading { speed: row.speed, friction: row.friction, error: row.error };
+        type Row = super::Reading;
+        let of = |readings: &[Row]| -> Vec<Reading> {
+            let of = |&Row { speed, friction, error, .. }: &Row| Reading { speed, friction, error };
             readings.iter().map(of).collect()
         };
-        let exact = |row: &&super::Reading| row.error == 0.0;
+        let exact = |row: &&Row| row.error == 0.0;
         if let Some(row) = self.at_rest.iter().chain(&self.in_slip).find(exact) {
             let problem = format!("{}:{}: the standard error is 0", self.name, row.line);
             return Err((problem, "write the error that the reading has, or leave all of them out".into()));
@@ -174,11 +175,7 @@ impl Measured {
             return Ok([of(&self.in_slip), of(&self.at_rest)]);
         }
         let (knots, spread) = self.segments();
-        let knots = knots.iter().map(|knot| Reading {
-            speed: knot.speed,
-            friction: knot.friction,
-            error: knot.error,
-        });
+        let knots = knots.iter().map(|&Knot { speed, friction, error }| Reading { speed, friction, error });
         let at_rest = of(&self.at_rest).into_iter().map(|reading| Reading { error: spread, ..reading });
         Ok([knots.collect(), at_rest.collect()])
     }
@@ -239,8 +236,7 @@ impl Measured {
         let mut text = String::new();
         // Writing to a string never fails.
         let mut line = |words: std::fmt::Arguments| {
-            let _ = text.write_fmt(words);
-            text.push('\n');
+            let _ = writeln!(text, "{words}");
         };
         let (slip, rest) = (self.in_slip.len(), self.at_rest.len());
         line(format_args!("# Fitted by slipmap to {}: {slip} readings in slip, {rest} at rest.", self.name));

@@ -11,7 +11,6 @@ use std::io::Read as _;
 use std::path::Path;
 
 use slipmap_map::machine::Motion;
-use slipmap_model::friction::Table;
 
 pub use fit::{Fits, Fitted, FittedLaw, law_of, words_of};
 pub use table::Level;
@@ -130,14 +129,6 @@ impl Measured {
     pub fn told(&self) -> Option<String> {
         (!self.said.is_empty()).then(|| format!("{}: {}", self.name, self.said.join("; ")))
     }
-}
-
-/// Reads a measured law with the friction at rest `level`.
-///
-/// # Errors
-/// The problem with its line, and a remedy.
-pub fn read_table(path: &Path, level: Level) -> Result<Table, (String, String)> {
-    Measured::read(path, None)?.table(level)
 }
 
 #[cfg(test)]

@@ -24,15 +24,8 @@ const NAMED: usize = 3;
 const AT_REST: [&str; 8] =
     ["static", "rest", "at rest", "breakaway", "stiction", "mu_s", "haften", "static friction"];
 
-/// A row as written: the speed has its sign.
-#[derive(Clone, Copy)]
-struct Row {
-    speed: f64,
-    friction: f64,
-    error: f64,
-    line: usize,
-    passage: usize,
-}
+/// A row as written: a reading whose speed has its sign.
+type Row = Reading;
 
 pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Result<Measured, Refused> {
     let (decoded, encoding) = text::decode(bytes)?;
@@ -300,16 +293,8 @@ fn part(
     noise: f64,
     said: &mut Vec<String>,
 ) -> Result<(Vec<Reading>, Vec<Reading>), Refused> {
-    let reading = |row: &Row| Reading {
-        speed: row.speed,
-        friction: row.friction,
-        error: row.error,
-        line: row.line,
-        passage: row.passage,
-    };
     if !is_record {
-        let (at_rest, in_slip): (Vec<Row>, Vec<Row>) = rows.into_iter().partition(|row| row.speed == 0.0);
-        return Ok((at_rest.iter().map(reading).collect(), in_slip.iter().map(reading).collect()));
+        return Ok(rows.into_iter().partition(|row| row.speed == 0.0));
     }
     // While it sticks the friction is what pulls; it breaks loose at the largest, but for a phase that goes on at the
     // end of the record.
@@ -317,11 +302,11 @@ fn part(
     let last = rows.last().map_or(0, |row| row.line);
     for phase in rows.chunk_by(|one, next| (one.speed <= noise) == (next.speed <= noise)) {
         match phase[0].speed <= noise {
-            false => in_slip.extend(phase.iter().map(reading)),
+            false => in_slip.extend(phase),
             true if phase[phase.len() - 1].line == last => {}
             true => {
                 let largest = phase.iter().max_by(|one, other| one.friction.total_cmp(&other.friction));
-                at_rest.extend(largest.map(|row| Reading { speed: 0.0, ..reading(row) }));
+                at_rest.extend(largest.map(|row| Reading { speed: 0.0, ..*row }));
             }
         }
     }

@@ -41,20 +41,9 @@ const SHARE_OF_TURNS: f64 = 0.25;
 
 type Told = (String, String);
 
-/// The rows of a law: slip speeds, friction, standard errors and lines.
-#[derive(Default)]
-struct Rows {
-    data: Vec<(f64, f64)>,
-    errors: Vec<f64>,
-    lines: Vec<usize>,
-}
-
-impl Rows {
-    fn push(&mut self, speed: f64, friction: f64, error: f64, line: usize) {
-        self.data.push((speed, friction));
-        self.errors.push(error);
-        self.lines.push(line);
-    }
+/// Slip speeds and friction.
+fn pairs(rows: &[Reading]) -> Vec<(f64, f64)> {
+    rows.iter().map(|row| (row.speed, row.friction)).collect()
 }
 
 impl Measured {
@@ -74,32 +63,30 @@ impl Measured {
             self.continue_to_rest(&mut rows, &mut level, &mut said)?;
         }
         let place = |row: Option<usize>| {
-            let line = row.and_then(|row| rows.lines.get(row)).filter(|line| **line > 0);
+            let line = row.and_then(|row| rows.get(row)).map(|row| row.line).filter(|line| *line > 0);
             line.map_or_else(|| self.name.clone(), |line| format!("{}:{line}", self.name))
         };
-        let first = rows.data[0].1;
+        let first = rows[0].friction;
         if !(first > 0.0) && matches!(level, Level::First | Level::Given(_)) {
             let problem = format!("{}: the friction at rest is {first}", place(Some(0)));
             let remedy = "begin with the friction at rest, greater than 0; of a smoothed law that of the peak, and the \
                           rows beyond";
             return Err((problem, remedy.into()));
         }
-        let has_errors = rows.errors.iter().all(|error| !error.is_nan());
+        let has_errors = rows.iter().all(|row| !row.error.is_nan());
+        let data = pairs(&rows);
         let table = match level {
-            Level::One => Table::new(&self.name, &rows.data, 1.0),
-            Level::First => Table::new(&self.name, &rows.data, first),
-            Level::Given(level) => Table::with_static(&self.name, &rows.data, level),
-            Level::Peak => Table::with_rest_at_peak(&self.name, &rows.data),
+            Level::One => Table::new(&self.name, &data, 1.0),
+            Level::First => Table::new(&self.name, &data, first),
+            Level::Given(level) => Table::with_static(&self.name, &data, level),
+            Level::Peak => Table::with_rest_at_peak(&self.name, &data),
         };
-        let (mut errors, mut lines) = (rows.errors.clone(), rows.lines.clone());
-        if let (Level::Peak, Ok(table)) = (level, &table) {
-            // The rows below the peak are one row.
-            let left_out = rows.data.len() - table.data().count();
-            errors.drain(..left_out);
-            lines.drain(..left_out);
-        }
+        // The rows below a peak are one row.
+        let kept = table.as_ref().map_or(rows.len(), |table| table.data().count());
+        let kept = &rows[rows.len() - kept..];
+        let errors: Vec<f64> = kept.iter().map(|row| row.error).collect();
         let source = Source {
-            lines,
+            lines: kept.iter().map(|row| row.line).collect(),
             readings: self.at_rest.len() + self.in_slip.len() - usize::from(onset.len() < self.at_rest.len()),
             told: (!said.is_empty()).then(|| format!("{}: {}", self.name, said.join("; "))),
             forces: self.forces == Some(true),
@@ -145,20 +132,19 @@ impl Measured {
     }
 
     /// The rows of the law, with NaN for unknown standard errors.
-    fn averaged(&self, onset: &[Reading], said: &mut Vec<String>) -> Rows {
-        let mut rows = Rows::default();
-        let in_slip: Vec<(f64, f64)> = self.in_slip.iter().map(|row| (row.speed, row.friction)).collect();
+    fn averaged(&self, onset: &[Reading], said: &mut Vec<String>) -> Vec<Reading> {
+        let row = |speed, friction, error, line| Reading { speed, friction, error, line, passage: 0 };
+        let in_slip = pairs(&self.in_slip);
         if self.is_record || scatters(&in_slip) {
+            let mut rows = Vec::new();
             let (knots, spread) = self.segments();
             if let [first, ..] = onset {
-                let all: Vec<(f64, f64)> = onset.iter().map(|row| (0.0, row.friction)).collect();
+                let all = pairs(onset);
                 let mean = all.iter().map(|(_, friction)| friction).sum::<f64>() / all.len() as f64;
                 let own = means(&all).and_then(|means| means.standard_errors).map(|errors| errors[0]);
-                rows.push(0.0, mean, own.unwrap_or(spread), first.line);
+                rows.push(row(0.0, mean, own.unwrap_or(spread), first.line));
             }
-            for Knot { speed, friction, error } in &knots {
-                rows.push(*speed, *friction, *error, 0);
-            }
+            rows.extend(knots.iter().map(|knot| row(knot.speed, knot.friction, knot.error, 0)));
             said.push(format!(
                 "{} readings in slip reduced to {} slip speeds with standard errors",
                 in_slip.len(),
@@ -168,81 +154,68 @@ impl Measured {
         }
         let all: Vec<Reading> = onset.iter().chain(&self.in_slip).copied().collect();
         if self.has_errors {
-            for same in all.chunk_by(|one, next| one.speed == next.speed) {
-                let (friction, error) = weighted(same);
-                rows.push(same[0].speed, friction, error, same[0].line);
-            }
-            return rows;
+            return all.chunk_by(|one, next| one.speed == next.speed).map(weighted).collect();
         }
-        let data: Vec<(f64, f64)> = all.iter().map(|row| (row.speed, row.friction)).collect();
-        match means(&data) {
-            None => all.iter().for_each(|row| rows.push(row.speed, row.friction, f64::NAN, row.line)),
-            Some(means) => {
-                for (row, (speed, friction)) in means.data.into_iter().enumerate() {
-                    let error = means.standard_errors.as_ref().map_or(f64::NAN, |errors| errors[row]);
-                    rows.push(speed, friction, error, all[means.first[row]].line);
-                }
-            }
-        }
-        rows
+        let Some(means) = means(&pairs(&all)) else { return all };
+        let error = |at: usize| means.standard_errors.as_ref().map_or(f64::NAN, |errors| errors[at]);
+        let of = |(at, &(speed, friction))| row(speed, friction, error(at), all[means.first[at]].line);
+        means.data.iter().enumerate().map(of).collect()
     }
 
     /// The readings in slip as those of segments, and the standard deviation of one of the slowest.
     pub(super) fn segments(&self) -> (Vec<Knot>, f64) {
-        let in_slip: Vec<(f64, f64)> = self.in_slip.iter().map(|row| (row.speed, row.friction)).collect();
         let passages: Vec<usize> = self.in_slip.iter().map(|row| row.passage).collect();
-        segments(&in_slip, self.is_record.then_some(&passages))
+        segments(&pairs(&self.in_slip), self.is_record.then_some(&passages))
     }
 
     /// Without a row at rest friction in slip begins on the line through the two slowest ones.
     fn continue_to_rest(
         &self,
-        rows: &mut Rows,
+        rows: &mut Vec<Reading>,
         level: &mut Level,
         said: &mut Vec<String>,
     ) -> Result<(), Told> {
-        let [(near, one), (far, other), ..] = rows.data[..] else {
+        let [near, far, ..] = rows[..] else {
             return Err((
-                format!("{}: there are only {} slip speeds", self.name, rows.data.len()),
+                format!("{}: there are only {} slip speeds", self.name, rows.len()),
                 "give at least three".into(),
             ));
         };
         if let Level::One = level {
-            let line = rows.lines[0];
-            let problem = format!("{}:{line}: the first slip speed is {near}, not 0", self.name);
+            let problem =
+                format!("{}:{}: the first slip speed is {}, not 0", self.name, near.line, near.speed);
             let remedy = "begin with the friction at rest, at slip speed 0, or write it with the key static";
             return Err((problem, remedy.into()));
         }
-        let share = near / (far - near);
-        let mut friction = one + share * (one - other);
+        let share = near.speed / (far.speed - near.speed);
+        let mut friction = near.friction + share * (near.friction - far.friction);
         if let Level::Given(level) = level {
             friction = friction.min(*level);
         }
-        let error = ((1.0 + share) * rows.errors[0]).hypot(share * rows.errors[1]);
+        let error = ((1.0 + share) * near.error).hypot(share * far.error);
         said.push(format!(
             "no row at rest: friction in slip begins at {}, on the line through the two slowest",
             slipmap_numbers::text::rounded(friction, 4)
         ));
-        rows.data.insert(0, (0.0, friction));
-        rows.errors.insert(0, error);
-        rows.lines.insert(0, rows.lines[0]);
+        rows.insert(0, Reading { speed: 0.0, friction, error, ..near });
         Ok(())
     }
 }
 
-/// The mean of readings with standard errors, weighted by these, and its error.
-fn weighted(same: &[Reading]) -> (f64, f64) {
+/// The mean of readings with standard errors, weighted by these.
+fn weighted(same: &[Reading]) -> Reading {
     if let [one] = same {
-        return (one.friction, one.error);
+        return *one;
     }
     if same.iter().any(|row| row.error == 0.0) {
         let exact: Vec<&Reading> = same.iter().filter(|row| row.error == 0.0).collect();
-        return (exact.iter().map(|row| row.friction).sum::<f64>() / exact.len() as f64, 0.0);
+        let friction = exact.iter().map(|row| row.friction).sum::<f64>() / exact.len() as f64;
+        return Reading { friction, error: 0.0, ..same[0] };
     }
     let weights = || same.iter().map(|row| row.error.powi(-2));
     let total: f64 = weights().sum();
     let mean = same.iter().zip(weights()).map(|(row, weight)| weight * row.friction).sum::<f64>() / total;
-    (mean, total.powf(-0.5))
+    Reading { friction: mean, error: total.powf(-0.5), ..same[0] }
 }
 
 /// Whether readings are many and go up and down from one to the next.

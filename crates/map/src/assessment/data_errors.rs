@@ -365,8 +365,7 @@ mod tests {
     use super::super::assess;
     use super::*;
     use crate::behaviour::Limit;
-    use crate::machine::example;
-    use slipmap_model::friction::Law;
+    use crate::machine::example_of;
 
     const DATA: [(f64, f64); 7] =
         [(0.0, 0.42), (0.03, 0.37), (0.07, 0.33), (0.15, 0.3), (0.3, 0.285), (0.6, 0.28), (1.2, 0.285)];
@@ -377,9 +376,7 @@ mod tests {
     fn machine(data: &[(f64, f64)], damping: f64) -> Machine {
         let table = Table::new("a pad", data, data[0].1).unwrap();
         let friction = Friction::Measured(table.with_standard_errors(&[ERROR; 7]).unwrap());
-        let [mass, stiffness, normal_force, belt_speed] = [1.8, 4.2e5, 900.0, 0.1];
-        let like = example(Law::Stribeck);
-        Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..like }
+        example_of(friction, [1.8, 4.2e5, 900.0, 0.1, damping])
     }
 
     #[test]

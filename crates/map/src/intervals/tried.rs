@@ -32,7 +32,7 @@ fn pushes_from(curve: &Curve) -> f64 {
     for u in slip_speeds(curve).rev() {
         if resists(u) {
             return match pushes.is_finite() {
-                true => last_between(u, pushes, |u| Some(resists(u)))[0],
+                true => last_within(1e-12, 12, [u, pushes], |u| Some(resists(u)))[0],
                 false => f64::INFINITY,
             };
         }
@@ -67,13 +67,8 @@ pub(crate) fn belt_speeds(curve: &Curve, per_decade: i32) -> Vec<f64> {
 }
 
 /// By bisection, two values between `low`, where `holds` is true, and `high`, where it is false: it is true at
-/// the first, false at the second, and unknown between them unless they nearly agree.
-pub(crate) fn last_between(low: f64, high: f64, holds: impl Fn(f64) -> Option<bool>) -> [f64; 2] {
-    last_within(1e-12, 12, [low, high], holds)
-}
-
-/// As [`last_between`], to within this relative width, and with so many bisections for each end of a range in which
-/// it is unknown.
+/// the first, false at the second, and unknown between them unless they agree to within this relative width.
+/// There are so many bisections for each end of a range in which it is unknown.
 pub(crate) fn last_within(
     width: f64,
     rounds: u32,

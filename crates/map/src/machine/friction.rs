@@ -58,10 +58,6 @@ impl Coefficients {
 
     /// What the kinetic friction must be.
     pub const KINETIC: &str = "from 0 to static_friction";
-
-    pub(super) fn kinetic_is_legal(&self) -> bool {
-        (0.0..=self.static_friction).contains(&self.kinetic_friction)
-    }
 }
 
 /// The coefficient of friction as a function of the slip speed (m/s; for a rotation rad/s).

@@ -161,24 +161,6 @@ impl PlaneCurves {
     }
 }
 
-/// Finds the curves of several planes with `threads` workers (all cores if `None`), and calls `on_plane`
-/// after each plane. Curves may be missing if `stop` is set. `None` if the workers cannot be started.
-pub fn curves_of(
-    grid: &Grid,
-    planes: &[Plane],
-    threads: Option<usize>,
-    on_plane: &(dyn Fn() + Sync),
-    stop: &AtomicBool,
-) -> Option<Vec<PlaneCurves>> {
-    let pool = super::pool(threads).ok()?;
-    let of = |plane: &Plane| {
-        let curves = PlaneCurves::of(grid, plane.clone(), stop);
-        on_plane();
-        curves
-    };
-    Some(pool.install(|| planes.par_iter().map(of).collect()))
-}
-
 /// The unit square of a plane.
 struct Frame<'a> {
     grid: &'a Grid,

@@ -58,14 +58,6 @@ pub struct Summary {
     pub curves_seconds: f64,
 }
 
-impl Summary {
-    /// The summary of a run; `account` is the sum of the accounts of its tiles.
-    pub(crate) fn new(mut account: Account, threads: usize, seconds: f64) -> Self {
-        account.audit.sort();
-        Self { seconds, threads, account, proved: None, curves: Vec::new(), curves_seconds: 0.0 }
-    }
-}
-
 /// Reason why a computation ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum ComputeError<E: std::error::Error> {
@@ -233,10 +225,10 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
                 simulated = Some(ends);
                 cells
             }
-            Method::Naive(naive, knobs) => {
-                let verdicts = oscillators(&columns, cs)
-                    .map(|oscillator| Verdict::from(naive.decide(&oscillator, &knobs).verdict))
-                    .collect();
+            Method::Naive(..) => {
+                let decide = |column: &Column, c: f64| method.decide(column, c, plan.tolerance);
+                let verdicts =
+                    columns.iter().flat_map(|column| cs.iter().map(move |&c| decide(column, c))).collect();
                 // These methods have neither margins nor critical dampings.
                 let no_numbers = |field, length| vec![f64::NAN; if plan.stores(field) { length } else { 0 }];
                 MethodCells {
@@ -284,11 +276,6 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
         account.unknown.regimes -= account.blank;
     }
     (data, account)
-}
-
-/// The cells of a tile, column by column.
-fn oscillators(columns: &[Column], cs: &[f64]) -> impl Iterator<Item = Oscillator> {
-    columns.iter().flat_map(move |column| cs.iter().map(move |&c| Oscillator::in_column(column, c)))
 }
 
 /// Evaluates a closed-form test on the columns of a tile, cell by cell.

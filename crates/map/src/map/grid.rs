@@ -509,11 +509,9 @@ impl Grid {
     /// The law in dimensionless form, the point and the units at these values of the axes, which need not be
     /// nodes; units only of a machine. `None` if they are not those of a machine.
     pub fn place(&self, values: &[f64]) -> Option<(Law, Point, Option<Units>)> {
-        let Some(machine) = &self.machine else {
+        let Some(machine) = self.machine_at(values) else {
             return Some((self.law.clone(), self.assemble(values), None));
         };
-        let mut machine = machine.clone();
-        self.set(&mut machine, values);
         let Model { law, point, si } = machine.model()?;
         Some((law, point, Some(si)))
     }
@@ -544,14 +542,10 @@ impl Grid {
     /// The machine at these values of the axes.
     pub fn machine_at(&self, values: &[f64]) -> Option<Machine> {
         let mut machine = self.machine.as_deref()?.clone();
-        self.set(&mut machine, values);
-        Some(machine)
-    }
-
-    fn set(&self, machine: &mut Machine, values: &[f64]) {
         self.axes.iter().zip(values).for_each(|(axis, &value)| {
             machine.set(&axis.name, value);
         });
+        Some(machine)
     }
 
     fn assemble(&self, values: &[f64]) -> Point {

@@ -337,7 +337,7 @@ impl Ray {
         if let Some(known) = self.columns.borrow().get(&epsilon.to_bits()) {
             return Ok(known.clone());
         }
-        let column = self.law.column(&self.at(epsilon));
+        let column = self.law.column(&Point { epsilon, ..self.point });
         // Where the law does not depend on eps, all columns share the curve that the first one compiles.
         let compiles = self.law.depends_on_epsilon() || self.columns.borrow().is_empty();
         if compiles {
@@ -396,10 +396,6 @@ impl Ray {
             }
         }
         Ok(None)
-    }
-
-    pub(crate) fn at(&self, epsilon: f64) -> Point {
-        Point { epsilon, ..self.point }
     }
 
     /// The verdict of the flow as eps -> 0, and each eps up to [`HIGHEST`] at which it changes, with the new

@@ -14,7 +14,6 @@ use crate::clock::timed;
 use crate::machine::Units;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
-use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_simulate::critical::{critical_damping, known_or_nan};
 use slipmap_simulate::crossing::landing_and_cycle;
@@ -55,7 +54,7 @@ pub(super) fn describe(
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let ends: Vec<End> = ends.values().collect();
     let mut regimes = vec![Regime::Failed; if stores_regimes { tile.cells() } else { 0 }];
-    let mut limits = Limits { plan, known: HashMap::new() };
+    let mut known_limits: HashMap<Vec<u64>, Vec<f64>> = HashMap::new();
     let mut behaviours = Behaviours::default();
     for number in tile.columns_by_epsilon(&plan.grid) {
         let column = &columns[number];
@@ -88,7 +87,15 @@ pub(super) fn describe(
             let cell = Description::of(plan, behaviour, &Oscillator::in_column(column, c), ends[position]);
             let limits = plan.stores(Field::EpsilonLimit).then(|| {
                 // In dimensionless numbers.
-                limits.at(&law, &Point { damping: c / column.unit, ..start })
+                let point = Point { damping: c / column.unit, ..start };
+                // Limits do not depend on the cell's own eps, so cells that differ only in eps share them. Each
+                // machine has a law of its own.
+                let machine = plan.grid.machine().map_or(0.0, |_| 1.0 + known_limits.len() as f64);
+                let rest = point.law.as_slice().iter().chain([&point.belt_speed, &point.damping, &machine]);
+                known_limits.entry(rest.map(|value| value.to_bits()).collect()).or_insert_with(|| {
+                    let ray = Ray::new(&law, &point, plan.tolerance);
+                    plan.methods.iter().map(|method| ray.limit(*method).value()).collect()
+                })
             });
             for (values, quantity) in described.quantities.iter_mut().zip(&quantities) {
                 values[position] = match quantity {
@@ -199,25 +206,5 @@ impl Description {
             Quantity::EpsilonLimit(_) | Quantity::CriticalDerivative(_) => None,
         };
         value.unwrap_or(f64::NAN)
-    }
-}
-
-/// The limits in eps of the plan's methods. They do not depend on the cell's own eps, so cells of one tile
-/// that differ only in eps share them.
-struct Limits<'a> {
-    plan: &'a Plan,
-    known: HashMap<Vec<u64>, Vec<f64>>,
-}
-
-impl Limits<'_> {
-    fn at(&mut self, law: &Law, point: &Point) -> &[f64] {
-        let plan = self.plan;
-        // Each machine has a law of its own.
-        let machine = plan.grid.machine().map_or(0.0, |_| 1.0 + self.known.len() as f64);
-        let rest = point.law.as_slice().iter().chain([&point.belt_speed, &point.damping, &machine]);
-        self.known.entry(rest.map(|value| value.to_bits()).collect()).or_insert_with(|| {
-            let ray = Ray::new(law, point, plan.tolerance);
-            plan.methods.iter().map(|method| ray.limit(*method).value()).collect()
-        })
     }
 }

@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use super::account::Account;
 use super::engine::{ComputeError, Control, Queue, Summary, compute_tiles};
-use super::{Plan, Sink, curves_of, prove};
+use super::{Plan, Plane, PlaneCurves, Sink, pool, prove};
 use crate::clock::process_time;
+use rayon::prelude::*;
 
 /// The work of earlier runs of the same plan, for a resumed run.
 #[derive(Clone, Debug)]
@@ -17,13 +18,6 @@ pub struct Earlier {
     pub seconds: f64,
 }
 
-impl Earlier {
-    /// No earlier runs.
-    pub(crate) fn none(plan: &Plan) -> Self {
-        Self { account: Account::none(plan), seconds: 0.0 }
-    }
-}
-
 /// Computes everything that `plan` requests: cells go into `sink`, all other results into the summary.
 ///
 /// # Errors
@@ -31,7 +25,7 @@ impl Earlier {
 pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
     let queue = Queue::new(vec![false; plan.tile_count()]);
     let tiles = || compute_tiles(plan, sink, control, &|| queue.take());
-    run_with(plan, control, Earlier::none(plan), tiles)
+    run_with(plan, control, Earlier { account: Account::none(plan), seconds: 0.0 }, tiles)
 }
 
 /// As [`run`], with tiles computed by the function `tiles`, after `earlier` runs have finished some of them.
@@ -50,11 +44,24 @@ pub fn run_with<E: std::error::Error>(
     let rest = (process_time() - processor).as_secs_f64() - account.processor_seconds();
     account.stages.other += rest.max(0.0);
     account.add(earlier.account);
-    let mut summary = Summary::new(account, threads, earlier.seconds + start.elapsed().as_secs_f64());
+    account.audit.sort();
+    let mut summary = Summary {
+        seconds: earlier.seconds + start.elapsed().as_secs_f64(),
+        threads,
+        account,
+        proved: None,
+        curves: Vec::new(),
+        curves_seconds: 0.0,
+    };
     if !plan.planes.is_empty() {
         let (start, processor) = (Instant::now(), process_time());
-        let curves = curves_of(&plan.grid, &plan.planes, control.threads, control.on_plane, control.stop);
-        summary.curves = curves.ok_or_else(|| ComputeError::Threads("for the curves".into()))?;
+        let pool = pool(control.threads).map_err(|_| ComputeError::Threads("for the curves".into()))?;
+        let of = |plane: &Plane| {
+            let curves = PlaneCurves::of(&plan.grid, plane.clone(), control.stop);
+            (control.on_plane)();
+            curves
+        };
+        summary.curves = pool.install(|| plan.planes.par_iter().map(of).collect());
         summary.curves_seconds = start.elapsed().as_secs_f64();
         summary.account.stages.curves += (process_time() - processor).as_secs_f64();
     }

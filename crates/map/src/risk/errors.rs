@@ -5,9 +5,6 @@ use crate::machine::{Friction, Machine, Model};
 use slipmap_simulate::critical::{critical_damping, known_or_nan};
 use slipmap_simulate::sensitivity::sensitivity_of_any_sign;
 
-/// A number and its standard deviation.
-type Pair = [f64; 2];
-
 /// A number and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WithError {
@@ -90,7 +87,7 @@ impl Moved {
 
 /// The critical damping of a machine with fitted friction, and its standard deviation by the covariance of the fit,
 /// from differences over a standard deviation; both in SI units, NaN where unknown.
-fn of_fitted(machine: &Machine, joint: &Joint) -> Pair {
+fn of_fitted(machine: &Machine, joint: &Joint) -> [f64; 2] {
     let critical = |machine: &Machine| {
         let model = machine.model()?;
         Some(known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.damping)
@@ -102,7 +99,7 @@ fn of_fitted(machine: &Machine, joint: &Joint) -> Pair {
 /// The critical damping of a machine with measured friction, and its standard deviation by the standard
 /// errors of the data; both dimensionless, NaN where unknown. A negative critical damping has a deviation,
 /// too: other data may have a positive one.
-fn of_measured(model: &Model) -> Pair {
+fn of_measured(model: &Model) -> [f64; 2] {
     let column = model.column();
     match sensitivity_of_any_sign(&column) {
         Ok(found) => {

@@ -1,7 +1,7 @@
 //! Tests of probabilities against separate counts and draws.
 
 use super::*;
-use crate::machine::{Friction, Model, example};
+use crate::machine::{Friction, Model, example, example_of};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Expression, Law, Table};
 use slipmap_model::point::LawParameters;
@@ -178,15 +178,7 @@ fn friction_that_rises_within_its_errors_may_stick_slip() {
     let of = |slope: f64| {
         let data = speeds.map(|u| (u, 0.3 + slope * u));
         let table = Table::new("flat", &data, data[0].1).unwrap().with_standard_errors(&[0.01; 6]).unwrap();
-        Machine {
-            friction: Friction::Measured(table),
-            mass: 1.8,
-            stiffness: 4.2e5,
-            normal_force: 900.0,
-            belt_speed: 0.2,
-            damping: 1.0,
-            ..example(Law::Stribeck)
-        }
+        example_of(Friction::Measured(table), [1.8, 4.2e5, 900.0, 0.2, 1.0])
     };
     let found = |slope: f64| risk(&of(slope), &[], Some(4_000), &[]).unwrap();
     let [rises, falls] = [1e-4, -1e-4].map(|slope| found(slope).probability.value);
@@ -217,14 +209,7 @@ fn steep_scattered_data_have_a_standard_error_too() {
     let friction = [0.3736, 0.3481, 0.3523, 0.3525, 0.3299, 0.3228, 0.3029, 0.2798, 0.2473, 0.2313, 0.2418];
     let data: Vec<(f64, f64)> = speeds.into_iter().zip(friction).collect();
     let table = Table::new("a rig", &data, data[0].1).unwrap().with_standard_errors(&[0.004; 11]).unwrap();
-    let machine = Machine {
-        friction: Friction::Measured(table),
-        mass: 1.2,
-        stiffness: 9e4,
-        normal_force: 250.0,
-        belt_speed: 0.1,
-        ..example(Law::Stribeck)
-    };
+    let machine = example_of(Friction::Measured(table), [1.2, 9e4, 250.0, 0.1, 4.0]);
     let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
     let found = risk(&machine, &uncertain, Some(60), &[]).unwrap();
     assert!(found.failed == 0 && found.standard_error.is_some_and(|error| error > 0.0), "{found:?}");

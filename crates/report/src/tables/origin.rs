@@ -99,9 +99,6 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
     if count("audit_cells").is_none() {
         notes.push(rich("The run had no audit."));
     }
-    if let Some(reason) = map.text("not_computed") {
-        notes.push(rich("Why cells were not computed: ").then(Rich::foreign(reason)));
-    }
     let columns: [ColumnOf<(String, Option<u64>)>; 2] = [
         ("what", "what", Show::AsIs, &|(what, _)| words(what)),
         ("count", "count", Show::AsIs, &|(_, count)| (*count).into()),

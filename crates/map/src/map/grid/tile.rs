@@ -122,12 +122,7 @@ impl Tile {
 
     /// Grid index of the tile's column with position `column` (row-major), at the tile's first damping.
     pub(crate) fn column_index(&self, column: usize) -> Vec<usize> {
-        let mut lengths = self.shape();
-        if let Some(dampings) = lengths.last_mut() {
-            *dampings = 1;
-        }
-        let place = unravel(column, &lengths);
-        self.ranges.iter().zip(place).map(|(range, at)| range.start + at).collect()
+        self.cell_index(column * self.damping_range().len())
     }
 
     /// Grid index of the tile's cell with position `cell` (row-major).
