@@ -316,7 +316,7 @@ impl Expression {
 /// A formula with all its parameters fixed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpressionCurve {
-    law: Expression,
+    pub(super) law: Expression,
     epsilon: f64,
     parameters: LawParameters,
 }
@@ -466,23 +466,8 @@ impl ExpressionCurve {
         (-self.series::<Points<N>, 2>(Points(u)).0[1]).0
     }
 
-    /// Derivatives of the weakening rate.
-    pub(super) fn gradient(&self, u: f64) -> Gradient {
-        self.derivatives(u, 1)
-    }
-
-    /// Whether friction in slip may begin below the friction at rest.
-    pub(super) fn may_drop(&self) -> bool {
-        self.law.may_drop
-    }
-
-    /// Derivatives of [`Self::drop`].
-    pub(super) fn drop_gradient(&self) -> Gradient {
-        self.derivatives(0.0, 0)
-    }
-
     /// Derivatives of -phi, or of its slope if the `order` is 1, from series in eps and in one parameter after the other.
-    fn derivatives(&self, u: f64, order: usize) -> Gradient {
+    pub(super) fn derivatives(&self, u: f64, order: usize) -> Gradient {
         type Mixed = Jet<Jet<f64, 2>, 2>;
         let values = self.parameters.as_slice();
         // The derivative with respect to variable `n`: eps for 0, else parameter n - 1.
@@ -555,10 +540,7 @@ impl ExpressionCurve {
                 pieces.push((a, middle));
                 continue;
             }
-            return Err(match left {
-                0 => self.undecided(tape, number, a, b),
-                _ => self.singular(tape, number, a, b),
-            });
+            return Err(self.singular(tape, number, [a, b], left > 0));
         }
         let kinked = |corner: &&f64| {
             let jump = self.weakening(**corner) - self.weakening(corner.next_down());
@@ -567,7 +549,7 @@ impl ExpressionCurve {
         let kink = self.corners().iter().find(kinked);
         let of_kink = |op: &Op| matches!(op, Op::SlipAtLeast(_));
         if let Some((corner, number)) = kink.zip(tape.ops.iter().position(of_kink)) {
-            return Err(self.singular(tape, number, *corner, *corner));
+            return Err(self.singular(tape, number, [*corner; 2], true));
         }
         let whole = |problem: String, remedy: String| {
             Err(ExpressionError { from: 0, to: text.chars().count(), problem, remedy })
@@ -611,30 +593,22 @@ impl ExpressionCurve {
         Ok(())
     }
 
-    /// The error for an operation, given by its number, of which too many ranges of slip speed, the last one
-    /// [a, b], leave open whether it is singular.
-    fn undecided(&self, tape: &Tape, number: usize, a: f64, b: f64) -> ExpressionError {
-        let Place { from, to } = tape.places[number];
-        let part: String = self.law.parsed.text.chars().skip(from).take(to - from).collect();
-        ExpressionError {
-            from,
-            to,
-            problem: format!(
-                "whether `{part}` is regular was not decided on {MOST_CHECKED} ranges of slip speed, the last from {a:.6} \
-                 to {b:.6}{}",
-                self.at_parameters()
-            ),
-            remedy: "write a formula with fewer features, or give the law as a table".into(),
-        }
-    }
-
-    /// The error for an operation, given by its number, that is singular for slip speeds within [a, b].
-    fn singular(&self, tape: &Tape, number: usize, a: f64, b: f64) -> ExpressionError {
+    /// The error for an operation, given by its number, that is singular for slip speeds within [a, b]; or of which too
+    /// many ranges of slip speed, the last one [a, b], leave that open.
+    fn singular(&self, tape: &Tape, number: usize, [a, b]: [f64; 2], is_decided: bool) -> ExpressionError {
         let Place { from, to } = tape.places[number];
         let part: String = self.law.parsed.text.chars().skip(from).take(to - from).collect();
         let where_ = if b == 0.0 { "u = 0".to_owned() } else { format!("u = {:.6}", 0.5 * (a + b)) };
         let at = format!("{where_}{}", self.at_parameters());
         let (problem, remedy) = match tape.ops[number] {
+            _ if !is_decided => (
+                format!(
+                    "whether `{part}` is regular was not decided on {MOST_CHECKED} ranges of slip speed, the last from \
+                     {a:.6} to {b:.6}{}",
+                    self.at_parameters()
+                ),
+                "write a formula with fewer features, or give the law as a table",
+            ),
             Op::PowerInteger(exponent) if exponent > 0 => {
                 (format!("the power {exponent} of `{part}` overflows at {at}"), "scale the formula")
             }
