@@ -4,7 +4,7 @@
 //! It starts flat: the weakening rate rises from -eta at rest to its maximum at u = vs / sqrt(3) and falls
 //! from there. Around that maximum stable slip cycles arise.
 
-use super::built_in::{BuiltIn, ClosedForm, ONSET, Strengthening};
+use super::built_in::{BuiltIn, ClosedForm, ONSET, Strengthening, range_about_peak};
 use super::exponential::{PARAMETERS, falling_from_one, parameters_of};
 use super::family::Series;
 use super::{Gradient, Range, mean};
@@ -65,10 +65,7 @@ impl Lorentzian {
 
     /// The weakening rate has one maximum, at u = vs / sqrt(3).
     pub fn weakening_range(&self, lo: f64, hi: f64) -> Range {
-        let (a, b) = (self.weakening(lo), self.weakening(hi));
-        let peak = 1.0 / (3f64.sqrt() * self.rate);
-        let top = if lo < peak && peak < hi { self.weakening(peak) } else { a.max(b) };
-        Range { lo: a.min(b), hi: top }
+        range_about_peak(|u| self.weakening(u), 1.0 / (3f64.sqrt() * self.rate), lo, hi)
     }
 
     pub(super) fn formula<T: Real>(&self, u: T) -> T {
