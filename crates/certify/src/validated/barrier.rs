@@ -194,7 +194,7 @@ impl Flow {
     fn closed(&self, guess: f64) -> Option<ClosedOrbit> {
         let (mut viscous, mut last) = (guess, None);
         for _ in 0..MOST_STEPS {
-            let radius = self.turn(viscous);
+            let mut radius = self.turn(viscous);
             let growth = radius.values[self.cells].ln();
             // ln r falls by about pi for each unit of C.
             let slope = match last {
@@ -208,9 +208,8 @@ impl Flow {
                 return None;
             }
             if growth.abs() < 1e-13 || step.abs() <= 1e-15 * viscous.abs() {
-                let Spline { mut values, slopes } = radius;
-                values[self.cells] = 1.0;
-                return Some(ClosedOrbit { viscous, radius: Spline { values, slopes } });
+                radius.values[self.cells] = 1.0;
+                return Some(ClosedOrbit { viscous, radius });
             }
             last = Some((viscous, growth));
             viscous += step;

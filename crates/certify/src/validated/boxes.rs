@@ -21,9 +21,9 @@
 use rayon::prelude::*;
 
 use super::defect::Groups;
-use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
+use super::expansion::{AXES, Expansion, Extreme, Function, Part as Frame, Ranges};
 use super::mean::mean_cut;
-use super::surface::{Enclosure, Surface};
+use super::surface::Surface;
 use super::tile::GroupBox;
 use super::volumes::{self, Volumes};
 use super::{even_part_bounds, highest};
@@ -158,7 +158,8 @@ impl BoxProof {
         let frame = Frame::new(&ranges);
         let [least, most] = [Extreme::Least, Extreme::Most]
             .map(|extreme| PartBound::new(&self.surface, &groups, &frame, extreme));
-        let decided = volumes::decided(share, self.damping, lands, [&least, &most]);
+        let means = [&least, &most].map(|bound| move |range| bound.mean_cut(range));
+        let decided = volumes::decided(share, self.damping, lands, [&means[0], &means[1]]);
         let [present, absent] = decided.map(Interval::of);
         let undecided = (share - (present + absent)).hi.max(0.0);
         // Even a single column of the part is undecided on the width of the enclosure of C*.
@@ -198,13 +199,6 @@ impl BoxProof {
     }
 }
 
-/// Whether a bound of C* is a lower or an upper one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Extreme {
-    Least,
-    Most,
-}
-
 /// A lower or an upper bound of the critical damping c* over a part.
 struct PartBound {
     extreme: Extreme,
@@ -224,21 +218,16 @@ struct PartBound {
 
 impl PartBound {
     fn new(surface: &Surface, groups: &Groups, frame: &Frame, extreme: Extreme) -> Self {
-        let by_even_part = || {
-            frame.damping(match extreme {
-                Extreme::Least => &Function::EvenLeast,
-                Extreme::Most => &Function::EvenMost,
-            })
-        };
+        let by_even_part = || frame.damping(&Function::Even(extreme));
         let epsilon = frame.epsilon();
         let range = even_part_bounds(groups).over(epsilon);
         let around = GroupBox::around(groups);
-        let mut pieces = surface.enclosures(&around).map(|enclosure| match enclosure {
-            Enclosure::Tile(tile) => {
+        let mut pieces = surface.pieces_that_meet(&around).map(|piece| match &piece.tile {
+            Some(tile) => {
                 let radius = Interval::new(-tile.radius, tile.radius).over(epsilon);
                 (frame.damping(&Function::Polynomial(tile)), radius, 2.0 * tile.radius)
             }
-            Enclosure::EvenPart(width) => (by_even_part(), Interval::ZERO, width),
+            None => (by_even_part(), Interval::ZERO, piece.width),
         });
         let Some((expansion, mut error, mut narrowest)) = pieces.next() else {
             return Self {
@@ -277,9 +266,8 @@ impl PartBound {
             Extreme::Most => by_surface.hi.min(by_even_part.hi),
         })
     }
-}
 
-impl volumes::Bound for PartBound {
+    /// The mean over the part of the bound cut off at both ends of a range.
     fn mean_cut(&self, range: [f64; 2]) -> Interval {
         self.best(|f, error| mean_cut(f, error, self.range, range))
     }

@@ -50,15 +50,12 @@ impl GroupBox {
     pub(crate) fn halves(&self, axis: usize) -> [GroupBox; 2] {
         let [lo, hi] = self.ranges()[axis];
         let middle = 0.5 * (lo + hi);
-        [[lo, middle], [middle, hi]].map(|half| self.with_range(axis, half))
-    }
-
-    /// The box with another range along one of its three axes.
-    pub(crate) fn with_range(&self, axis: usize, range: [f64; 2]) -> GroupBox {
-        let mut ranges = self.ranges();
-        ranges[axis] = range;
-        let [a, k, b] = ranges;
-        GroupBox { a, k, b }
+        [[lo, middle], [middle, hi]].map(|half| {
+            let mut ranges = self.ranges();
+            ranges[axis] = half;
+            let [a, k, b] = ranges;
+            GroupBox { a, k, b }
+        })
     }
 
     /// Returns whether the boxes have a point in common.
