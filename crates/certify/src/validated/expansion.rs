@@ -133,18 +133,11 @@ pub(super) struct Part {
 
 impl Part {
     pub(super) fn new(ranges: &Ranges) -> Self {
-        let half = Interval::of(0.5);
-        let ends = |axis: usize| ranges[axis].map(Interval::of);
+        let (half, ends) = (Interval::of(0.5), ranges.map(|ends| ends.map(Interval::of)));
         Self {
-            middle: std::array::from_fn(|axis| {
-                let [lo, hi] = ends(axis);
-                if lo == hi { lo } else { half * (lo + hi) }
-            }),
+            middle: ends.map(|[lo, hi]| if lo == hi { lo } else { half * (lo + hi) }),
             whole: ranges.map(|[lo, hi]| Interval::new(lo, hi)),
-            half: std::array::from_fn(|axis| {
-                let [lo, hi] = ends(axis);
-                if lo == hi { Interval::ZERO } else { half * (hi - lo) }
-            }),
+            half: ends.map(|[lo, hi]| if lo == hi { Interval::ZERO } else { half * (hi - lo) }),
         }
     }
 

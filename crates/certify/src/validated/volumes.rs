@@ -40,8 +40,8 @@ impl Volumes {
 }
 
 /// Lower bounds of the volumes proved present and absent in a part that is `share` of the whole, where the
-/// landing is proved `from` a damping on. `least` and `most` are the means over the part of a lower and of an upper
-/// bound of c*, cut off at both ends of a range.
+/// landing is proved `from` a damping on. `least` and `most` are the means over the part of a lower and of
+/// an upper bound of c*, cut off at both ends of a range.
 pub(super) fn decided(
     share: Interval,
     damping: [f64; 2],
