@@ -101,12 +101,8 @@ impl PointCertificate {
         }
         let claim = (validated::TEST.claim)(&column);
         let [below, above] = critical(&claim);
-        let follows = |claimed: Option<f64>, proved: Option<f64>, order: fn(&f64, &f64) -> bool| match (
-            claimed, proved,
-        ) {
-            (None, _) => true,
-            (Some(claimed), Some(proved)) => order(&claimed, &proved),
-            (Some(_), None) => false,
+        let follows = |claimed: Option<f64>, proved: Option<f64>, order: fn(&f64, &f64) -> bool| {
+            claimed.is_none_or(|claimed| proved.is_some_and(|proved| order(&claimed, &proved)))
         };
         let [lo, hi] = self.critical_c;
         if !(follows(lo, below, f64::le) && follows(hi, above, f64::ge)) {

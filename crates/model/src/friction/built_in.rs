@@ -8,8 +8,8 @@ use crate::point::LawParameters;
 /// it an exponential falls by an eighth, which the first step of an integrator sees.
 pub(super) const ONSET: f64 = 0.125;
 
-/// The range over [`lo`, `hi`] of a weakening rate that rises up to its maximum, at the slip speed `peak`, and falls from
-/// there.
+/// The range over [`lo`, `hi`] of a weakening rate that rises up to its maximum, at the slip speed `peak`,
+/// and falls from there.
 pub(super) fn range_about_peak(weakening: impl Fn(f64) -> f64, peak: f64, lo: f64, hi: f64) -> Range {
     let (a, b) = (weakening(lo), weakening(hi));
     let top = if lo < peak && peak < hi { weakening(peak) } else { a.max(b) };

@@ -475,7 +475,7 @@ impl Curve {
         self.with_axis(self.own_gradient(u), 0.0)
     }
 
-    /// Derivatives of the weakening rate with respect to eps and each parameter but that of [`super::Law::with_drop`].
+    /// [`Self::weakening_gradient`] without the parameter of [`super::Law::with_drop`].
     fn own_gradient(&self, u: f64) -> Gradient {
         match &self.form {
             Form::Expression(law) | Form::Leading(law) => law.derivatives(u, 1),

@@ -227,11 +227,8 @@ impl Function {
     /// meet, or if friction at rest is not 1.
     pub(super) fn from_definition(definition: &str) -> Option<Self> {
         let numbers = |line: &str| -> Option<Vec<f64>> {
-            if line.is_empty() {
-                Some(Vec::new())
-            } else {
-                line.split(',').map(|word| word.parse().ok()).collect()
-            }
+            let words = line.split(',').filter(|_| !line.is_empty());
+            words.map(|word| word.parse().ok()).collect()
         };
         let mut lines = definition.split('\n');
         let (error, origin) = lines.next()?.split_once(' ')?;

@@ -446,7 +446,8 @@ impl Table {
         after.saturating_sub(1).min(self.pieces() - 1)
     }
 
-    /// The cubic of a piece, in any arithmetic. The law is defined by the stored values and slopes at the data.
+    /// The cubic of a piece, in any arithmetic. The law is defined by the stored values and slopes at the
+    /// data.
     #[inline]
     fn cubic<T: Real>(&self, i: usize) -> Cubic<T> {
         let Cubics { u, phi, slope, .. } = &*self.0;

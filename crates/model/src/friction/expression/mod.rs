@@ -322,7 +322,6 @@ pub struct ExpressionCurve {
 }
 
 fn call<T: Real>(function: Function, x: T) -> T {
-    let exps = |x: T| (x.exp(), (-x).exp());
     let half = T::constant(0.5);
     match function {
         Function::Exp => x.exp(),
@@ -334,14 +333,8 @@ fn call<T: Real>(function: Function, x: T) -> T {
             let (sin, cos) = x.sin_cos();
             sin / cos
         }
-        Function::Sinh => {
-            let (up, down) = exps(x);
-            half * (up - down)
-        }
-        Function::Cosh => {
-            let (up, down) = exps(x);
-            half * (up + down)
-        }
+        Function::Sinh => half * (x.exp() - (-x).exp()),
+        Function::Cosh => half * (x.exp() + (-x).exp()),
         Function::Tanh => x.tanh(),
         Function::Atan => x.atan(),
         Function::Asinh => (x + (x * x + T::constant(1.0)).sqrt()).ln(),
@@ -593,8 +586,8 @@ impl ExpressionCurve {
         Ok(())
     }
 
-    /// The error for an operation, given by its number, that is singular for slip speeds within [a, b]; or of which too
-    /// many ranges of slip speed, the last one [a, b], leave that open.
+    /// The error for an operation, given by its number, that is singular for slip speeds within [a, b]; or
+    /// of which too many ranges of slip speed, the last one [a, b], leave that open.
     fn singular(&self, tape: &Tape, number: usize, [a, b]: [f64; 2], is_decided: bool) -> ExpressionError {
         let Place { from, to } = tape.places[number];
         let part: String = self.law.parsed.text.chars().skip(from).take(to - from).collect();

@@ -202,11 +202,9 @@ struct Compiler<'a> {
 impl Compiler<'_> {
     /// Compiles a law with seams from 0 to `reach`, from seam to seam.
     fn compile(&mut self, reach: f64) {
-        let seams = self.law.seams().iter().copied();
-        let mut ends: Vec<f64> = seams.filter(|seam| 0.0 < *seam && *seam < reach).collect();
-        ends.push(reach);
+        let seams = self.law.seams().iter().copied().filter(|seam| 0.0 < *seam && *seam < reach);
         let mut from = 0.0;
-        for end in ends {
+        for end in seams.chain([reach]) {
             self.extend(from, end, 0);
             from = end;
         }
