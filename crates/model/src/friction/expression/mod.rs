@@ -15,7 +15,7 @@
 mod parse;
 
 use std::borrow::Cow;
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::peak::{NO_REST, REST_AT_PEAK};
@@ -110,9 +110,8 @@ impl PartialEq for Expression {
 /// Keeps each name of a parameter once, for the life of the program: names of axes have the lifetime
 /// `'static`.
 fn interned(name: String) -> &'static str {
-    static KNOWN: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
+    static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    let known = known.get_or_insert_default();
     if let Some(name) = known.get(name.as_str()) {
         return name;
     }
@@ -157,23 +156,15 @@ impl Expression {
     fn compiled(text: &str, static_level: f64, may_drop: bool) -> Result<Self, ExpressionError> {
         let tape = parse::parse(text)?;
         if let Some(place) = tape.places.get(MOST_OPERATIONS) {
-            return Err(ExpressionError {
-                from: place.from,
-                to: place.to,
-                problem: format!(
-                    "the formula has {} operations; this is the first of more than {MOST_OPERATIONS}",
-                    tape.ops.len()
-                ),
-                remedy: "simplify it, or give the law as a table".into(),
-            });
+            let problem = format!(
+                "the formula has {} operations; this is the first of more than {MOST_OPERATIONS}",
+                tape.ops.len()
+            );
+            return Err(place.error(problem, "simplify it, or give the law as a table"));
         }
         if let Some((name, place)) = tape.parameters.get(MAX_LAW_PARAMETERS) {
-            return Err(ExpressionError {
-                from: place.from,
-                to: place.to,
-                problem: format!("`{name}` is one parameter more than {MAX_LAW_PARAMETERS}"),
-                remedy: "write some of them as numbers".into(),
-            });
+            let problem = format!("`{name}` is one parameter more than {MAX_LAW_PARAMETERS}");
+            return Err(place.error(problem, "write some of them as numbers"));
         }
         let parameters = tape.parameters.iter().map(|(name, _)| Parameter {
             name: interned(name.clone()),
@@ -626,7 +617,7 @@ impl ExpressionCurve {
             Op::Call(Function::Tan) => (format!("`{part}` has a pole at {at}"), "keep away from it"),
             _ => (format!("`{part}` overflows at {at}"), "scale the formula"),
         };
-        ExpressionError { from, to, problem, remedy: remedy.into() }
+        tape.places[number].error(problem, remedy)
     }
 
     /// The parameters in words, for messages.
