@@ -98,7 +98,16 @@ impl LawCertificate {
                     None => "its friction law does not exist".into(),
                     Some(_) => "its domain is not a box of parameters of the law".into(),
                 });
-                return Checked::nothing(self.tiles.len(), problems);
+                let [largest_radius, mean_radius] = [f64::INFINITY; 2];
+                let tiles = self.tiles.len();
+                return Checked {
+                    tiles,
+                    confirmed: 0,
+                    largest_radius,
+                    mean_radius,
+                    open_share: 1.0,
+                    problems,
+                };
             }
         };
         let stated = |claim: &Claim| (claim.domain.clone(), claim.radius);

@@ -117,10 +117,8 @@ impl BoxProof {
             let promising = parts.iter().take_while(|part| part.gain > NEGLIGIBLE * NEGLIGIBLE).count();
             let most = (parts.len() / 4).max(1).min(most_parts - parts.len()).min(promising);
             let rest = parts.split_off(most);
-            let halves = parts.par_iter().flat_map_iter(|part| self.halves(part));
-            let halves: Vec<Part> = halves.collect();
-            let done = halves.len() == most;
-            self.parts = halves;
+            self.parts = parts.par_iter().flat_map_iter(|part| self.halves(part)).collect();
+            let done = self.parts.len() == most;
             self.parts.extend(rest);
             if done {
                 return;
