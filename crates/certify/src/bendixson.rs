@@ -166,26 +166,3 @@ impl<'a> Search<'a> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_columns::stribeck;
-
-    #[test]
-    fn tends_to_the_leading_order_edge_as_eps_vanishes() {
-        // gamma (1 - alpha) - 4 beta V = 1 - 1/2. The loss is first order in eps: halving eps halves it.
-        let loss = |eps: f64| 0.5 - (TEST.claim)(&stribeck(eps, 0.5, 0.0625, 2.0, 2.0)).present_below;
-        let (coarse, fine) = (loss(1e-4), loss(0.5e-4));
-        assert!(fine > 0.0);
-        // Second order in eps, with derivatives of order one: 2 +- 0.01.
-        assert!((coarse / fine - 2.0).abs() < 0.01, "{coarse} {fine}");
-    }
-
-    #[test]
-    fn absence_begins_at_the_weakening_at_rest() {
-        let claim = (TEST.claim)(&stribeck(1.0, 0.5, 0.25, 2.0, 2.0));
-        assert_eq!(claim.absent_above, 1.0);
-        assert_eq!(claim.present_below, f64::NEG_INFINITY, "D(2 V) < 0 at every c >= 0");
-    }
-}

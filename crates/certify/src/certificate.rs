@@ -161,18 +161,6 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// The result where no tile can be proved again.
-    pub(super) fn nothing(tiles: usize, problems: Vec<String>) -> Self {
-        Self {
-            tiles,
-            confirmed: 0,
-            largest_radius: f64::INFINITY,
-            mean_radius: f64::INFINITY,
-            open_share: 1.0,
-            problems,
-        }
-    }
-
     /// Verifies that `tiles`, each with its box and its radius, and the boxes `open` divide `domain`, and that
     /// no tile has a doubt, which is worded to follow its number.
     pub(super) fn tiles<T: Sync, Box: AsRef<[[f64; 2]]>>(

@@ -35,17 +35,3 @@ pub const TEST: Test = Test {
 fn presence_of(symmetric: Claim) -> Claim {
     Claim { absent_above: Claim::NOTHING.absent_above, ..symmetric }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_columns::random_columns;
-
-    #[test]
-    fn the_edge_is_the_divergence_at_the_equilibrium_for_the_stribeck_law() {
-        for column in random_columns(500) {
-            let edge = column.curve.weakening(column.belt_speed) / column.epsilon;
-            assert_eq!((TEST.claim)(&column).present_below, edge);
-        }
-    }
-}

@@ -553,16 +553,12 @@ mod tests {
         }
     }
 
-    fn crude_bound(column: &Column, c: f64) -> f64 {
-        flow(column, c).constant_bound()
-    }
-
     #[test]
     fn the_bound_of_the_largest_divergence_is_one() {
         let mut settled = 0;
         for column in random_columns(2000) {
             for c in [0.0, 0.3] {
-                let crude = crude_bound(&column, c);
+                let crude = flow(&column, c).constant_bound();
                 if crude.is_finite() {
                     // The strips end above the landing speed, so a valid bound may be below theirs: the less,
                     // the finer they are.
@@ -577,7 +573,7 @@ mod tests {
         }
         assert!(settled > 300, "{settled}");
         // D constant: exact up to the turning point. D = 1, also 2 V away from the belt.
-        assert_eq!(crude_bound(&stribeck(1.0, 0.0, 0.0, 3.0, TINY_BELT), 0.5), f64::INFINITY);
+        assert_eq!(flow(&stribeck(1.0, 0.0, 0.0, 3.0, TINY_BELT), 0.5).constant_bound(), f64::INFINITY);
     }
 
     /// The same formulas, so that the bounds differ by rounding alone, and that of intervals is above.

@@ -98,7 +98,16 @@ impl LawCertificate {
                     None => "its friction law does not exist".into(),
                     Some(_) => "its domain is not a box of parameters of the law".into(),
                 });
-                return Checked::nothing(self.tiles.len(), problems);
+                let [largest_radius, mean_radius] = [f64::INFINITY; 2];
+                let tiles = self.tiles.len();
+                return Checked {
+                    tiles,
+                    confirmed: 0,
+                    largest_radius,
+                    mean_radius,
+                    open_share: 1.0,
+                    problems,
+                };
             }
         };
         let stated = |claim: &Claim| (claim.domain.clone(), claim.radius);
@@ -149,22 +158,16 @@ mod tests {
     }
 
     #[test]
-    fn valid_certificates_are_sound_and_read_back() {
+    fn altered_certificates_are_refused() {
         let one = honest();
         let Checked { tiles, confirmed, open_share, problems, .. } = one.check();
         assert_eq!((confirmed, problems), (tiles, Vec::new()));
         assert!(tiles > 10 && open_share < 0.5, "{tiles} {open_share}");
-        assert_eq!(LawCertificate::parse(&one.text().unwrap()).unwrap(), one);
         // A weaker claim follows from a stronger one.
         let mut wider = one.clone();
         wider.tiles[0].viscous += 0.5 * wider.tiles[0].radius;
         wider.tiles[0].radius *= 2.0;
         assert_eq!(wider.check().problems, Vec::<String>::new());
-    }
-
-    #[test]
-    fn altered_certificates_are_refused() {
-        let one = honest();
         let altered = |change: &dyn Fn(&mut LawCertificate)| {
             let mut other = one.clone();
             change(&mut other);

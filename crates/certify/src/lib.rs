@@ -394,13 +394,4 @@ mod tests {
         let coulomb = (symmetric::TEST.claim)(&test_columns::stribeck(5e-324, 0.3, 0.0, 0.0, 1.0));
         assert_eq!(coulomb.absent_above, 0.0);
     }
-
-    #[test]
-    fn names_are_distinct_and_found() {
-        for test in TESTS.iter().chain([&validated::TEST]) {
-            let found = by_name(test.name).expect("in the table");
-            assert!(std::ptr::eq(found, test), "{} names two tests", test.name);
-        }
-        assert!(by_name("divergence").is_none());
-    }
 }

@@ -98,12 +98,8 @@ const CLEAR: f64 = 1e-6;
 impl<'a> HopfRate<'a> {
     /// The rate at one belt speed.
     pub fn new(curve: &'a Curve, belt_speed: f64) -> Self {
-        Self {
-            curve,
-            belt_speed,
-            rate: curve.weakening(belt_speed),
-            scale: curve.weakening_scale(belt_speed),
-        }
+        let (rate, scale) = (curve.weakening(belt_speed), curve.weakening_scale(belt_speed));
+        Self { curve, belt_speed, rate, scale }
     }
 
     /// What small disturbances do at eps c = `viscous`.

@@ -9,6 +9,11 @@ pub fn node(i: usize, size: usize) -> f64 {
     (PI * (size as f64 - 2.0 * i as f64) / (2.0 * size as f64)).sin()
 }
 
+/// The angle of point `j` of as many as `count` of the first kind, which do not include the ends.
+pub fn angle(j: usize, count: usize) -> f64 {
+    PI * (j as f64 + 0.5) / count as f64
+}
+
 fn half_at_ends(i: usize, size: usize) -> f64 {
     if i == 0 || i == size { 0.5 } else { 1.0 }
 }

@@ -46,30 +46,23 @@ impl<const N: usize> Rule<N> {
             x
         });
         let weights = nodes.map(|x| 2.0 / ((1.0 - x * x) * slope(x, &at(x)).powi(2)));
-        // The polynomial through unit value k has the Legendre coefficients (n + 1/2) w_k P_n(x_k); P_n has
-        // the antiderivative (P_(n+1) - P_(n-1)) / (2 n + 1).
-        let antiderivative = std::array::from_fn(|k| {
-            let of_node = at(nodes[k]);
-            nodes.map(|x| {
-                let p = at(x);
-                let terms = (0..N).map(|n| {
-                    let below = if n == 0 { -1.0 } else { p[n - 1] };
-                    0.5 * of_node[n] * (p[n + 1] - below)
-                });
-                weights[k] * terms.sum::<f64>()
+        // The polynomial through unit value k has the Legendre coefficients (n + 1/2) w_k P_n(x_k). `term`
+        // returns two factors of n + 1/2 times what the matrix makes of P_n.
+        let matrix = |term: &dyn Fn(usize, &[f64]) -> [f64; 2]| {
+            std::array::from_fn(|k| {
+                let of_node = at(nodes[k]);
+                nodes.map(|x| {
+                    let p = at(x);
+                    let terms = (0..N).map(|n| (of_node[n], term(n, &p)));
+                    weights[k] * terms.map(|(of_node, [factor, of_p])| factor * of_node * of_p).sum::<f64>()
+                })
             })
-        });
+        };
+        // P_n has the antiderivative (P_(n+1) - P_(n-1)) / (2 n + 1).
+        let antiderivative = matrix(&|n, p| [0.5, p[n + 1] - if n == 0 { -1.0 } else { p[n - 1] }]);
         // P_n' = the sum of (2 m + 1) P_m over m = n - 1, n - 3, ...
-        let derivative = std::array::from_fn(|k| {
-            let of_node = at(nodes[k]);
-            nodes.map(|x| {
-                let p = at(x);
-                let terms = (1..N).map(|n| {
-                    let slope: f64 = (0..n).rev().step_by(2).map(|m| (2 * m + 1) as f64 * p[m]).sum();
-                    (n as f64 + 0.5) * of_node[n] * slope
-                });
-                weights[k] * terms.sum::<f64>()
-            })
+        let derivative = matrix(&|n, p| {
+            [n as f64 + 0.5, (0..n).rev().step_by(2).map(|m| (2 * m + 1) as f64 * p[m]).sum()]
         });
         Self { nodes, weights, antiderivative, derivative }
     }

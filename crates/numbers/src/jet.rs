@@ -154,6 +154,15 @@ impl<const N: usize> Points<N> {
     }
 }
 
+/// Defines functions of each number.
+macro_rules! functions {
+    ($($name:ident)*) => {
+        $(fn $name(self) -> Self {
+            self.map(Real::$name)
+        })*
+    };
+}
+
 /// Defines the operators of two operands.
 macro_rules! operators {
     ($($trait:ident $name:ident $op:tt;)*) => {
@@ -192,29 +201,12 @@ impl<const N: usize> Real for Points<N> {
     fn as_constant(&self) -> Option<f64> {
         self.0.iter().all(|x| *x == self.0[0]).then_some(self.0[0])
     }
-    fn exp(self) -> Self {
-        self.map(f64::exp)
-    }
-    fn ln(self) -> Self {
-        self.map(Real::ln)
-    }
-    fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
-    }
+    functions! { exp ln sqrt tanh atan abs }
     fn sin_cos(self) -> (Self, Self) {
         (self.map(f64::sin), self.map(f64::cos))
     }
-    fn tanh(self) -> Self {
-        self.map(f64::tanh)
-    }
     fn is_below(&self, x: f64) -> bool {
         self.0.iter().all(|number| *number < x)
-    }
-    fn atan(self) -> Self {
-        self.map(f64::atan)
-    }
-    fn abs(self) -> Self {
-        self.map(f64::abs)
     }
     fn at_least(self, floor: f64) -> Self {
         self.map(|x| x.at_least(floor))

@@ -9,13 +9,7 @@ pub fn short(x: f64) -> String {
         return "0".into();
     }
     if !x.is_finite() {
-        return if x.is_nan() {
-            "-".into()
-        } else if x > 0.0 {
-            "+inf".into()
-        } else {
-            "-inf".into()
-        };
+        return if x.is_nan() { "-".into() } else { format!("{x:+}") };
     }
     // The exponent after rounding to six digits, so that 0.9999999 becomes 1 and not 1.00000.
     let (mantissa, exponent) = scientific(x, DIGITS as usize);

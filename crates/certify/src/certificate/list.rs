@@ -66,21 +66,3 @@ impl<'de, T: Deserialize<'de>, const MOST: usize> Visitor<'de> for Bounded<T, MO
         Ok(List(list))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::List;
-
-    #[test]
-    fn lists_are_refused_at_the_first_element_too_many() {
-        let read = |text: &str| serde_json::from_str::<List<List<u8, 2>, 3>>(text);
-        assert_eq!(read("[[1, 2], [], [3]]").unwrap().len(), 3);
-        // What follows is not read: it is no JSON.
-        for (text, end) in
-            [("[[], [], [], [], no", "4, expected a list of at most 3"), ("[[1, 2, 3, no", "of at most 2")]
-        {
-            let error = read(text).unwrap_err().to_string();
-            assert!(error.contains(end), "{error}");
-        }
-    }
-}

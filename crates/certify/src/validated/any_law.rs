@@ -4,10 +4,9 @@ use super::turn::{Obstacle, critical};
 use super::{Claim, claim_of};
 use crate::drop::fastest;
 use crate::landing::Flow;
-use slipmap_model::friction::{Column, Range, Weakening};
+use slipmap_model::friction::{Column, Range};
 use slipmap_numbers::interval::Interval;
 use std::cell::LazyCell;
-use std::sync::Arc;
 
 /// The proved statements about a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,10 +20,12 @@ pub struct Proof {
 /// Computes the proofs of a column from its compiled law.
 #[must_use]
 pub fn prove(column: &Column) -> Proof {
-    let (law, belt_speed) = (compiled(column), column.belt_speed);
+    let (drop, belt_speed) = (column.curve.drop(), column.belt_speed);
+    // The compiled law, up to the slip speeds of orbits near the critical one.
+    let reach = if drop > 0.0 { 1.5 * fastest(column) } else { 0.0 };
+    let law = column.curve.compiled((4.0 * belt_speed).max(reach));
     // The theorem of the even part, for any law.
     let even = law.even_range(belt_speed, belt_speed);
-    let drop = column.curve.drop();
     let known = match drop > 0.0 {
         // With D <= -2 at all slip speeds that an orbit whose radius falls can reach, none returns.
         true => [even.lo, (Interval::of(law.range(0.0, fastest(column)).hi) + Interval::of(2.0)).hi],
@@ -37,14 +38,6 @@ pub fn prove(column: &Column) -> Proof {
     };
     let [lo, hi] = bounds;
     Proof { critical: Range { lo, hi }, obstacle }
-}
-
-/// The compiled law, up to the slip speeds of orbits near the critical one.
-fn compiled(column: &Column) -> Arc<Weakening> {
-    match column.curve.drop() > 0.0 {
-        true => column.curve.compiled((4.0 * column.belt_speed).max(1.5 * fastest(column))),
-        false => column.compiled(),
-    }
 }
 
 pub(super) fn claim(column: &Column) -> Claim {

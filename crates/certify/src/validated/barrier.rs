@@ -173,20 +173,30 @@ impl Flow {
         if pace > SLOWEST { d * r * sin * sin / pace } else { f64::NAN }
     }
 
-    /// One turn from r = 1, by the classical method of Runge and Kutta.
-    fn turn(&self, viscous: f64) -> Spline {
+    /// The states and their slopes at the nodes of one turn, by the classical method of Runge and Kutta.
+    fn follow<const N: usize>(
+        &self,
+        start: [f64; N],
+        rates: impl Fn(usize, [f64; N]) -> [f64; N],
+    ) -> Vec<[[f64; N]; 2]> {
         let h = TAU / self.cells as f64;
-        let (mut r, mut values, mut slopes) = (1.0, vec![1.0], vec![0.0]);
+        let mut nodes = vec![[start, rates(0, start)]];
         for cell in 0..self.cells {
-            let at = |half: usize, r: f64| self.rate(2 * cell + half, r, viscous);
-            let k1 = slopes[cell];
-            let k2 = at(1, r + 0.5 * h * k1);
-            let k3 = at(1, r + 0.5 * h * k2);
-            let k4 = at(2, r + h * k3);
-            r += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-            values.push(r);
-            slopes.push(at(2, r));
+            let [y, k1] = nodes[cell];
+            let moved = |k: [f64; N], by: f64| std::array::from_fn(|i| y[i] + by * k[i]);
+            let k2 = rates(2 * cell + 1, moved(k1, 0.5 * h));
+            let k3 = rates(2 * cell + 1, moved(k2, 0.5 * h));
+            let k4 = rates(2 * cell + 2, moved(k3, h));
+            let y = std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+            nodes.push([y, rates(2 * cell + 2, y)]);
         }
+        nodes
+    }
+
+    /// One turn from r = 1.
+    fn turn(&self, viscous: f64) -> Spline {
+        let nodes = self.follow([1.0], |half_cell, [r]| [self.rate(half_cell, r, viscous)]);
+        let (values, slopes) = nodes.into_iter().map(|[[r], [slope]]| (r, slope)).unzip();
         Spline { values, slopes }
     }
 
@@ -194,7 +204,7 @@ impl Flow {
     fn closed(&self, guess: f64) -> Option<ClosedOrbit> {
         let (mut viscous, mut last) = (guess, None);
         for _ in 0..MOST_STEPS {
-            let radius = self.turn(viscous);
+            let mut radius = self.turn(viscous);
             let growth = radius.values[self.cells].ln();
             // ln r falls by about pi for each unit of C.
             let slope = match last {
@@ -208,9 +218,8 @@ impl Flow {
                 return None;
             }
             if growth.abs() < 1e-13 || step.abs() <= 1e-15 * viscous.abs() {
-                let Spline { mut values, slopes } = radius;
-                values[self.cells] = 1.0;
-                return Some(ClosedOrbit { viscous, radius: Spline { values, slopes } });
+                radius.values[self.cells] = 1.0;
+                return Some(ClosedOrbit { viscous, radius });
             }
             last = Some((viscous, growth));
             viscous += step;
@@ -249,25 +258,11 @@ impl Flow {
             let [q, a, m] = coefficients(half_cell);
             [(q + a * p) / m, (1.0 + a * k) / m]
         };
-        let mut states = vec![[0.0; 2]];
-        for cell in 0..self.cells {
-            let y = states[cell];
-            let moved = |k: [f64; 2], by: f64| [y[0] + by * k[0], y[1] + by * k[1]];
-            let k1 = rates(2 * cell, y);
-            let k2 = rates(2 * cell + 1, moved(k1, 0.5 * h));
-            let k3 = rates(2 * cell + 1, moved(k2, 0.5 * h));
-            let k4 = rates(2 * cell + 2, moved(k3, h));
-            states
-                .push(std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])));
-        }
-        let [p, k] = states[self.cells];
+        let nodes = self.follow([0.0; 2], rates);
+        let [[p, k], _] = nodes[self.cells];
         let kappa = p / k;
-        let slopes = states.iter().enumerate().map(|(node, &y)| {
-            let [p, k] = rates(2 * node, y);
-            p - kappa * k
-        });
-        let slopes = slopes.collect();
-        let mut values: Vec<f64> = states.iter().map(|[p, k]| p - kappa * k).collect();
+        let of_node = |node: [[f64; 2]; 2]| <(f64, f64)>::from(node.map(|[p, k]| p - kappa * k));
+        let (mut values, slopes): (Vec<f64>, Vec<f64>) = nodes.into_iter().map(of_node).unzip();
         values[self.cells] = 0.0;
         Spline { values, slopes }
     }

@@ -21,9 +21,9 @@
 use rayon::prelude::*;
 
 use super::defect::Groups;
-use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
+use super::expansion::{AXES, Expansion, Extreme, Function, Part as Frame, Ranges};
 use super::mean::mean_cut;
-use super::surface::{Enclosure, Surface};
+use super::surface::Surface;
 use super::tile::GroupBox;
 use super::volumes::{self, Volumes};
 use super::{even_part_bounds, highest};
@@ -58,13 +58,7 @@ pub struct BoxProof {
 #[derive(Clone, Copy, Debug)]
 struct Part {
     ranges: Ranges,
-    bounded: Bounds,
-}
-
-/// Bounds of the volumes of a part, as shares of the whole box.
-#[derive(Clone, Copy, Debug)]
-struct Bounds {
-    /// Lower bounds of the shares proved present and absent.
+    /// Lower bounds of the shares of the whole box proved present and absent.
     decided: [f64; 2],
     /// Upper bound of the rest.
     undecided: f64,
@@ -77,7 +71,7 @@ struct Bounds {
 impl BoxProof {
     /// The box of these exact ranges of epsilon > 0, alpha, beta, gamma, the belt speed and the damping, without any proof.
     pub fn new(ranges: [[f64; 2]; 5], damping: [f64; 2]) -> Self {
-        let columns = (0..SAMPLES).map(|i| groups_at(column(&ranges, i))).collect();
+        let columns = (0..SAMPLES).map(|i| column(&ranges, i)).collect();
         let surface = Surface::new(GroupBox::around(&groups(&ranges)));
         let mut proof = Self { ranges, damping, surface, columns, parts: Vec::new() };
         let whole = proof.bounded(ranges);
@@ -112,22 +106,19 @@ impl BoxProof {
         // The surface may have been refined everywhere.
         self.parts = self.parts.par_iter().map(|part| self.bounded(part.ranges)).collect();
         while self.parts.len() < most_parts && go_on() {
-            let sum = |of: fn(&Bounds) -> f64| self.parts.iter().map(|part| of(&part.bounded)).sum::<f64>();
-            if sum(|bounded| bounded.gain) <= SMALL_GAIN * sum(|bounded| bounded.undecided) {
+            let sum = |of: fn(&Part) -> f64| self.parts.iter().map(of).sum::<f64>();
+            if sum(|part| part.gain) <= SMALL_GAIN * sum(|part| part.undecided) {
                 return;
             }
             // A quarter of the parts at a time, those with the largest gain first: the order does not depend
             // on threads.
             let mut parts = std::mem::take(&mut self.parts);
-            parts.sort_by(|one, two| two.bounded.gain.total_cmp(&one.bounded.gain));
-            let promising =
-                parts.iter().take_while(|part| part.bounded.gain > NEGLIGIBLE * NEGLIGIBLE).count();
+            parts.sort_by(|one, two| two.gain.total_cmp(&one.gain));
+            let promising = parts.iter().take_while(|part| part.gain > NEGLIGIBLE * NEGLIGIBLE).count();
             let most = (parts.len() / 4).max(1).min(most_parts - parts.len()).min(promising);
             let rest = parts.split_off(most);
-            let halves = parts.par_iter().flat_map_iter(|part| self.halves(part));
-            let halves: Vec<Part> = halves.collect();
-            let done = halves.len() == most;
-            self.parts = halves;
+            self.parts = parts.par_iter().flat_map_iter(|part| self.halves(part)).collect();
+            let done = self.parts.len() == most;
             self.parts.extend(rest);
             if done {
                 return;
@@ -137,7 +128,7 @@ impl BoxProof {
 
     /// The halves of a part; the part itself if it is a point.
     fn halves(&self, part: &Part) -> Vec<Part> {
-        let Some(axis) = part.bounded.cut else { return vec![*part] };
+        let Some(axis) = part.cut else { return vec![*part] };
         let [lo, hi] = part.ranges[axis];
         let middle = 0.5 * (lo + hi);
         let half = |range: [f64; 2]| {
@@ -158,7 +149,8 @@ impl BoxProof {
         let frame = Frame::new(&ranges);
         let [least, most] = [Extreme::Least, Extreme::Most]
             .map(|extreme| PartBound::new(&self.surface, &groups, &frame, extreme));
-        let decided = volumes::decided(share, self.damping, lands, [&least, &most]);
+        let means = [&least, &most].map(|bound| move |range| bound.mean_cut(range));
+        let decided = volumes::decided(share, self.damping, lands, [&means[0], &means[1]]);
         let [present, absent] = decided.map(Interval::of);
         let undecided = (share - (present + absent)).hi.max(0.0);
         // Even a single column of the part is undecided on the width of the enclosure of C*.
@@ -166,8 +158,7 @@ impl BoxProof {
         let width = Interval::of(least.narrowest).over(epsilon).hi / (c_hi - c_lo);
         let floor = if c_lo < c_hi { width.min(1.0) * share.hi } else { 0.0 };
         let gain = (undecided - floor).max(0.0);
-        let bounded = Bounds { decided, undecided, gain, cut: self.best_cut(&ranges, &least, lands) };
-        Part { ranges, bounded }
+        Part { ranges, decided, undecided, gain, cut: self.best_cut(&ranges, &least, lands) }
     }
 
     /// The axis along which a cut gains most.
@@ -193,16 +184,9 @@ impl BoxProof {
     /// The volumes proved so far.
     #[must_use]
     pub fn volumes(&self) -> Volumes {
-        let decided: Vec<[f64; 2]> = self.parts.iter().map(|part| part.bounded.decided).collect();
+        let decided: Vec<[f64; 2]> = self.parts.iter().map(|part| part.decided).collect();
         Volumes::of(&decided, self.surface.tried)
     }
-}
-
-/// Whether a bound of C* is a lower or an upper one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Extreme {
-    Least,
-    Most,
 }
 
 /// A lower or an upper bound of the critical damping c* over a part.
@@ -224,21 +208,16 @@ struct PartBound {
 
 impl PartBound {
     fn new(surface: &Surface, groups: &Groups, frame: &Frame, extreme: Extreme) -> Self {
-        let by_even_part = || {
-            frame.damping(match extreme {
-                Extreme::Least => &Function::EvenLeast,
-                Extreme::Most => &Function::EvenMost,
-            })
-        };
+        let by_even_part = || frame.damping(&Function::Even(extreme));
         let epsilon = frame.epsilon();
         let range = even_part_bounds(groups).over(epsilon);
         let around = GroupBox::around(groups);
-        let mut pieces = surface.enclosures(&around).map(|enclosure| match enclosure {
-            Enclosure::Tile(tile) => {
+        let mut pieces = surface.pieces_that_meet(&around).map(|piece| match &piece.tile {
+            Some(tile) => {
                 let radius = Interval::new(-tile.radius, tile.radius).over(epsilon);
                 (frame.damping(&Function::Polynomial(tile)), radius, 2.0 * tile.radius)
             }
-            Enclosure::EvenPart(width) => (by_even_part(), Interval::ZERO, width),
+            None => (by_even_part(), Interval::ZERO, piece.width),
         });
         let Some((expansion, mut error, mut narrowest)) = pieces.next() else {
             return Self {
@@ -277,27 +256,22 @@ impl PartBound {
             Extreme::Most => by_surface.hi.min(by_even_part.hi),
         })
     }
-}
 
-impl volumes::Bound for PartBound {
+    /// The mean over the part of the bound cut off at both ends of a range.
     fn mean_cut(&self, range: [f64; 2]) -> Interval {
         self.best(|f, error| mean_cut(f, error, self.range, range))
     }
 }
 
-/// The `i`-th column of a sequence that fills the box evenly: multiples of powers of 1/g, g^6 = g + 1, modulo
-/// 1 (Roberts' sequence in five dimensions).
-fn column(ranges: &Ranges, i: usize) -> [f64; AXES] {
+/// A, k, b, rounded, of the `i`-th column of a sequence that fills the box evenly: multiples of powers of
+/// 1/g, g^6 = g + 1, modulo 1 (Roberts' sequence in five dimensions).
+fn column(ranges: &Ranges, i: usize) -> [f64; 3] {
     const G: f64 = 1.134_724_138_401_519_3;
-    std::array::from_fn(|axis| {
+    let [epsilon, alpha, beta, gamma, belt_speed] = std::array::from_fn(|axis| {
         let [lo, hi] = ranges[axis];
         let unit = (0.5 + (i + 1) as f64 / G.powi(axis as i32 + 1)).fract();
         lo + (hi - lo) * unit
-    })
-}
-
-/// A, k, b of a column, rounded.
-fn groups_at([epsilon, alpha, beta, gamma, belt_speed]: [f64; AXES]) -> [f64; 3] {
+    });
     let rate = epsilon * gamma;
     [rate * (1.0 - alpha), rate * belt_speed, epsilon * beta * belt_speed]
 }

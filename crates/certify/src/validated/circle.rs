@@ -13,7 +13,7 @@ const SIZES: [usize; 14] = [32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 
 pub(super) struct Circle {
     cosines: Vec<Interval>,
     /// The middles of `cosines`, for arithmetic that bounds its errors separately.
-    cosine_middles: Vec<f64>,
+    pub(super) cosine_middles: Vec<f64>,
     /// Bound on the distance of a middle from its cosine.
     pub(super) middle_error: f64,
 }
@@ -95,28 +95,16 @@ impl Circle {
     /// sin theta_j.
     #[inline]
     pub(super) fn sin(&self, j: usize) -> Interval {
-        self.cosines[self.quarter_before(j)]
-    }
-
-    /// The cosines and sines of theta_from, theta_(from+step), theta_(from+2 step), .., as numbers, to within
-    /// [`Circle::middle_error`].
-    #[inline(always)] // into functions whose vector width is selected at run time
-    pub(super) fn walk(&self, from: usize, step: usize) -> impl Iterator<Item = (f64, f64)> {
-        walk(&self.cosine_middles, from, step)
-    }
-
-    /// The index of theta_j - pi/2, whose cosine is sin theta_j.
-    #[inline]
-    fn quarter_before(&self, j: usize) -> usize {
+        // cos(theta_j - pi/2).
         let size = self.size();
-        (j + size - size / 4) % size
+        self.cosines[(j + size - size / 4) % size]
     }
 }
 
 /// The cosines and sines of the angles number `from`, `from` + `step`, .. of equal angles whose cosines are
 /// given; their number is divisible by 4. A division to find each index would cost more than all the rest of a
 /// sum.
-#[inline(always)]
+#[inline(always)] // into functions whose vector width is selected at run time
 pub(super) fn walk(cosines: &[f64], from: usize, step: usize) -> impl Iterator<Item = (f64, f64)> {
     let size = cosines.len();
     let wrapped = move |index: usize| if index < size { index } else { index - size };
@@ -174,7 +162,9 @@ mod tests {
             }
             for step in [0, 1, 7, size / 2, size - 1, size + 3] {
                 // The library's functions are accurate to an ulp, and so is the angle.
-                for (n, (cos, sin)) in (0..=2 * size + 5).zip(circle.walk(3 * size + 5, step)) {
+                for (n, (cos, sin)) in
+                    (0..=2 * size + 5).zip(walk(&circle.cosine_middles, 3 * size + 5, step))
+                {
                     let angle = std::f64::consts::TAU * ((5 + n * step) % size) as f64 / size as f64;
                     assert!((angle.cos() - cos).abs() < circle.middle_error + 4e-15, "{size} {step} {n}");
                     assert!((angle.sin() - sin).abs() < circle.middle_error + 4e-15, "{size} {step} {n}");

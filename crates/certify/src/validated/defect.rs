@@ -46,7 +46,7 @@
 //! All numbers may depend on parameters in which r0 and C0 are polynomials, see [`super::tile`]: then samples
 //! are taken over the parameters too, and one proof covers a whole box.
 
-use super::circle::{Circle, reach, riesz_factor};
+use super::circle::{Circle, reach, riesz_factor, walk};
 use slipmap_numbers::interval::Interval;
 
 /// Number of candidates that are best sampled together.
@@ -193,7 +193,7 @@ impl<const L: usize> pulp::WithSimd for Sampling<'_, L> {
             Samples { radius: vec![zeros; size], radius_error: zeros, slope: zeros, defect: zeros };
         // Zero as long as all numbers are finite, then NaN, which maxima ignore.
         let mut overflow = zeros;
-        for (j, (cos, sin)) in (0..=size / 4).zip(circle.walk(0, 1)) {
+        for (j, (cos, sin)) in (0..=size / 4).zip(walk(&circle.cosine_middles, 0, 1)) {
             let odd = sums(self.odd, circle, j, j);
             let even = sums(self.even, circle, 2 * j, j);
             // The signs of the cosine and of the sine at theta_j, -theta_j, pi - theta_j and pi + theta_j. Those
@@ -246,7 +246,8 @@ impl<const L: usize> pulp::WithSimd for Sampling<'_, L> {
 #[inline(always)]
 fn sums<const L: usize>(harmonics: &[Harmonic<L>], circle: &Circle, first: usize, j: usize) -> Sums<L> {
     let [mut even, mut odd, mut slope_odd, mut slope_even] = [[0.0; L]; 4];
-    for ([a, b, minus_na, nb], (cos, sin)) in harmonics.iter().zip(circle.walk(first, 2 * j)) {
+    for ([a, b, minus_na, nb], (cos, sin)) in harmonics.iter().zip(walk(&circle.cosine_middles, first, 2 * j))
+    {
         for lane in 0..L {
             even[lane] += a[lane] * cos;
             odd[lane] += b[lane] * sin;
@@ -419,22 +420,9 @@ fn widen(hull: Interval, factor: f64) -> Interval {
     middle + Interval::new(-1.0, 1.0) * (Interval::of(distance) * Interval::of(factor))
 }
 
-/// The integrals named in the module's text.
-#[derive(Clone, Copy, Debug)]
-struct Integrals {
-    /// L+, L-.
-    growth: Interval,
-    decay: Interval,
-    /// X.
-    defect: Interval,
-    /// S, T.
-    response_most: Interval,
-    response_least: Interval,
-}
-
-/// Sums the bounds over cells of `stride` sampled angles; `None` where the tube leaves the domain of the
-/// polar form.
-fn integrate(groups: &Groups, bounds: &Bounds, circle: &Circle, stride: usize) -> Option<Integrals> {
+/// The integrals L+, L-, X, S and T of the module's text, summed over cells of `stride` sampled angles;
+/// `None` where the tube leaves the domain of the polar form.
+fn integrate(groups: &Groups, bounds: &Bounds, circle: &Circle, stride: usize) -> Option<[Interval; 5]> {
     let one = Interval::ONE;
     let Groups { a, k, b } = *groups;
     let twice_b = b + b;
@@ -445,9 +433,7 @@ fn integrate(groups: &Groups, bounds: &Bounds, circle: &Circle, stride: usize) -
     let e_to_the_tube = Interval::ball(1.0, 1.01 * TUBE);
     let change = between * bounds.slope;
     let viscous = bounds.viscous + Interval::new(-SPAN, SPAN);
-    let zero = Interval::ZERO;
-    let mut sums =
-        Integrals { growth: zero, decay: zero, defect: zero, response_most: zero, response_least: zero };
+    let [mut growth, mut decay, mut defect, mut response_most, mut response_least] = [Interval::ZERO; 5];
     for j in (0..size).step_by(stride) {
         // The angles of the cell; all angles of the cell are within half a step of them.
         let angles = (j + size - stride / 2)..=(j + size + stride / 2);
@@ -477,37 +463,30 @@ fn integrate(groups: &Groups, bounds: &Bounds, circle: &Circle, stride: usize) -
         let slope = (Interval::new(0.0, (steep + steep).hi) * r * cos * sin2).over(speed2);
         let floor = Interval::of((q.square() * r0 * speed).lo);
         let response = sin2.over(speed2);
-        sums.growth = sums.growth + Interval::of(slope.hi.max(0.0));
-        sums.decay = sums.decay + Interval::of((-slope.lo).max(0.0));
-        sums.defect = sums.defect + bounds.defect.over(floor);
-        sums.response_most = sums.response_most + Interval::of(response.hi);
-        sums.response_least = sums.response_least + Interval::of(response.lo.max(0.0));
+        growth = growth + Interval::of(slope.hi.max(0.0));
+        decay = decay + Interval::of((-slope.lo).max(0.0));
+        defect = defect + bounds.defect.over(floor);
+        response_most = response_most + Interval::of(response.hi);
+        response_least = response_least + Interval::of(response.lo.max(0.0));
     }
     let width = (Interval::pi() + Interval::pi()).over(Interval::of((size / stride) as f64));
-    let Integrals { growth, decay, defect, response_most, response_least } = sums;
-    Some(Integrals {
-        growth: growth * width,
-        decay: decay * width,
-        defect: defect * width,
-        response_most: response_most * width,
-        response_least: response_least * width,
-    })
+    Some([growth, decay, defect, response_most, response_least].map(|sum| sum * width))
 }
 
 /// A bound eta on |C* - C0| for all `groups`, whose candidates satisfy `bounds`; `None` where the proof
 /// fails.
 pub(super) fn radius_of_proof(groups: &Groups, bounds: &Bounds, circle: &Circle) -> Option<f64> {
-    let sums = STRIDES.iter().find_map(|&stride| {
-        let fine = stride == 1;
-        integrate(groups, bounds, circle, stride)
-            .filter(|sums| fine || sums.growth.hi + sums.decay.hi < COARSE_EXPONENT)
-    })?;
+    let integrals = STRIDES.iter().find_map(|&stride| {
+        let is_enough = |[growth, decay, ..]: &[Interval; 5]| growth.hi + decay.hi < COARSE_EXPONENT;
+        integrate(groups, bounds, circle, stride).filter(|found| stride == 1 || is_enough(found))
+    });
+    let [growth, decay, defect, response_most, response_least] = integrals?;
     let exp = |x: Interval| Interval::of(Interval::exp_bound(x.hi));
-    let error = exp(sums.growth) * sums.defect;
+    let error = exp(growth) * defect;
     // E / mu; the factor makes the inequality strict.
-    let eta = (error * exp(sums.decay)).over(Interval::of(sums.response_least.lo)) * Interval::of(1.0 + 1e-9);
+    let eta = (error * exp(decay)).over(Interval::of(response_least.lo)) * Interval::of(1.0 + 1e-9);
     let eta = eta.hi.max(f64::MIN_POSITIVE);
-    let excursion = error + exp(sums.growth) * sums.response_most * Interval::of(eta);
+    let excursion = error + exp(growth) * response_most * Interval::of(eta);
     (excursion.hi < TUBE && eta < SPAN).then_some(eta)
 }
 

@@ -133,18 +133,11 @@ pub(super) struct Part {
 
 impl Part {
     pub(super) fn new(ranges: &Ranges) -> Self {
-        let half = Interval::of(0.5);
-        let ends = |axis: usize| ranges[axis].map(Interval::of);
+        let (half, ends) = (Interval::of(0.5), ranges.map(|ends| ends.map(Interval::of)));
         Self {
-            middle: std::array::from_fn(|axis| {
-                let [lo, hi] = ends(axis);
-                if lo == hi { lo } else { half * (lo + hi) }
-            }),
+            middle: ends.map(|[lo, hi]| if lo == hi { lo } else { half * (lo + hi) }),
             whole: ranges.map(|[lo, hi]| Interval::new(lo, hi)),
-            half: std::array::from_fn(|axis| {
-                let [lo, hi] = ends(axis);
-                if lo == hi { Interval::ZERO } else { half * (hi - lo) }
-            }),
+            half: ends.map(|[lo, hi]| if lo == hi { Interval::ZERO } else { half * (hi - lo) }),
         }
     }
 
@@ -179,10 +172,17 @@ impl Part {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Function<'a> {
     Polynomial(&'a Tile),
-    /// The lower bound of C* by the even part of the divergence, A / (1 + k)^2 - 2 b.
-    EvenLeast,
-    /// The upper bound of C* by the even part, (A / 2) (1 + 1 / (1 + 2 k)^2) - 2 b.
-    EvenMost,
+    /// A bound of C* by the even part of the divergence.
+    Even(Extreme),
+}
+
+/// Whether a bound of C* is a lower or an upper one.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Extreme {
+    /// By the even part A / (1 + k)^2 - 2 b.
+    Least,
+    /// By the even part (A / 2) (1 + 1 / (1 + 2 k)^2) - 2 b.
+    Most,
 }
 
 /// Value, slopes and second derivatives by A, k, b, at orders of derivatives [i][j][l] with i + j + l <= 2.
@@ -222,32 +222,24 @@ impl Function<'_> {
 
     /// Enclosures over ranges of A, k, b.
     fn derivatives(&self, [a, k, b]: [Interval; 3]) -> Derivatives {
-        let zero = Interval::ZERO;
-        let mut d = [[[zero; 3]; 3]; 3];
-        let twice_b = b + b;
-        let minus_two = Interval::of(-2.0);
-        match self {
+        let (base, bend) = match self {
             Function::Polynomial(tile) => return polynomial(tile, [a, k, b]),
-            Function::EvenLeast => {
-                let one = Interval::ONE.over(Interval::ONE + k);
-                let (two, three) = (one.square(), one.square() * one);
-                d[0][0][0] = a * two - twice_b;
-                d[1][0][0] = two;
-                d[0][1][0] = minus_two * a * three;
-                d[1][1][0] = minus_two * three;
-                d[0][2][0] = Interval::of(6.0) * a * two.square();
+            Function::Even(Extreme::Least) => (Interval::ONE + k, 6.0),
+            Function::Even(Extreme::Most) => (Interval::ONE + k + k, 12.0),
+        };
+        let one = Interval::ONE.over(base);
+        let (two, three) = (one.square(), one.square() * one);
+        let (half, minus_two) = (Interval::of(0.5), Interval::of(-2.0));
+        let mut d = [[[Interval::ZERO; 3]; 3]; 3];
+        [d[0][0][0], d[1][0][0]] = match self {
+            Function::Even(Extreme::Most) => {
+                [half * a * (Interval::ONE + two) - (b + b), half * (Interval::ONE + two)]
             }
-            Function::EvenMost => {
-                let one = Interval::ONE.over(Interval::ONE + k + k);
-                let (two, three) = (one.square(), one.square() * one);
-                let half = Interval::of(0.5);
-                d[0][0][0] = half * a * (Interval::ONE + two) - twice_b;
-                d[1][0][0] = half * (Interval::ONE + two);
-                d[0][1][0] = minus_two * a * three;
-                d[1][1][0] = minus_two * three;
-                d[0][2][0] = Interval::of(12.0) * a * two.square();
-            }
-        }
+            _ => [a * two - (b + b), two],
+        };
+        d[0][1][0] = minus_two * a * three;
+        d[1][1][0] = minus_two * three;
+        d[0][2][0] = Interval::of(bend) * a * two.square();
         d[0][0][1] = minus_two;
         d
     }
@@ -357,7 +349,8 @@ mod tests {
         let ranges: Ranges = [[0.045, 0.055], [0.25, 0.35], [0.1, 0.2], [2.2, 2.8], [0.9, 1.1]];
         let part = Part::new(&ranges);
         let c = |value: f64| Interval::of(value);
-        for function in [Function::Polynomial(&tile), Function::EvenLeast, Function::EvenMost] {
+        let even = [Extreme::Least, Extreme::Most].map(Function::Even);
+        for function in [Function::Polynomial(&tile)].into_iter().chain(even) {
             let expansion = part.damping(&function);
             assert!(expansion.remainder().size() < 0.3 * expansion.spread().hi, "{expansion:?}");
             for i in 0..3_usize.pow(5) {
@@ -376,8 +369,8 @@ mod tests {
                         let found = tile.critical(&Groups { a, k, b });
                         0.5 * (found.lo + found.hi)
                     }
-                    Function::EvenLeast => groups[0] / (1.0 + groups[1]).powi(2) - 2.0 * groups[2],
-                    Function::EvenMost => {
+                    Function::Even(Extreme::Least) => groups[0] / (1.0 + groups[1]).powi(2) - 2.0 * groups[2],
+                    Function::Even(Extreme::Most) => {
                         0.5 * groups[0] * (1.0 + (1.0 + 2.0 * groups[1]).powi(-2)) - 2.0 * groups[2]
                     }
                 } / epsilon;

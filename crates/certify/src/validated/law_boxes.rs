@@ -113,7 +113,9 @@ impl LawProof {
             weakening.map_or(f64::INFINITY, |weakening| weakening.0[0].hi)
         };
         let from = volumes::sticks_from(highest, x[0], belt_speed[0], self.damping);
-        let decided = volumes::decided(share, self.damping, from, [&bound(-1.0), &bound(1.0)]);
+        let [least, most] = [-1.0, 1.0].map(bound);
+        let means = [&least, &most].map(|bound| move |range| bound.mean_cut(range));
+        let decided = volumes::decided(share, self.damping, from, [&means[0], &means[1]]);
         let [present, absent] = decided.map(Interval::of);
         let undecided = (share - present - absent).hi.max(0.0);
         Part { ranges, tile: Some(tile), decided, undecided }
@@ -178,9 +180,8 @@ impl LinearBound {
             half
         })
     }
-}
 
-impl volumes::Bound for LinearBound {
+    /// The mean over the part of the bound of c* cut off at both ends of a range.
     fn mean_cut(&self, [lo, hi]: [f64; 2]) -> Interval {
         let range = self.range();
         if range.hi <= lo {

@@ -74,18 +74,6 @@ impl Slopes {
     }
 }
 
-/// The affine part: u and the sizes of the slopes. Uncertainties of the slopes are added to `u`.
-fn affine(f: &Expansion, shift: Interval) -> (Interval, Slopes) {
-    let mut u = f.value + shift;
-    let sizes = f.slope.map(|slope| {
-        let middle = 0.5 * (slope.lo + slope.hi);
-        let off = (slope - Interval::of(middle)).size();
-        u = u + Interval::new(-off, off);
-        middle.abs()
-    });
-    (u, Slopes::of(sizes))
-}
-
 /// The mean over the part of min(max(f + e, `lo`), `hi`), where e is any number within `error`; `lo` <= `hi`.
 /// f + e is known to lie in `range`.
 pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]: [f64; 2]) -> Interval {
@@ -104,7 +92,14 @@ pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]
     let mean = if reach.lo >= lo && reach.hi <= hi {
         f.value + f.mean_remainder() + error
     } else {
-        let (u, slopes) = affine(f, f.remainder() + error);
+        // The affine part. Uncertainties of the slopes are added to its value.
+        let mut u = f.value + (f.remainder() + error);
+        let slopes = Slopes::of(f.slope.map(|slope| {
+            let middle = 0.5 * (slope.lo + slope.hi);
+            let off = (slope - Interval::of(middle)).size();
+            u = u + Interval::new(-off, off);
+            middle.abs()
+        }));
         // min(max(x, lo), hi) = lo + (x - lo)_+ - (x - hi)_+, which rises with x, so that each end of u gives
         // one end of the mean.
         let ends = [u.lo, u.hi].map(|u| {

@@ -107,19 +107,18 @@ impl Enclosed {
     #[must_use]
     pub fn of(column: &Column) -> Option<Self> {
         let law = column.curve.stribeck()?;
-        let parts = law.parts();
         // 1 - alpha was rounded once, except for 0 and 1, which are exact.
-        let drop = match parts.drop {
+        let drop = match law.drop {
             0.0 => Interval::ZERO,
             drop => Interval::new(drop.next_down(), drop.next_up().min(1.0)),
         };
         // That of the law; dampings may be in another unit.
-        let (own, belt_speed) = (Interval::of(parts.epsilon), Interval::of(column.belt_speed));
-        let rate = own * Interval::of(parts.gamma);
+        let (own, belt_speed) = (Interval::of(law.epsilon), Interval::of(column.belt_speed));
+        let rate = own * Interval::of(law.gamma);
         let groups = Groups {
             a: (rate * drop).at_least_zero(),
             k: (rate * belt_speed).at_least_zero(),
-            b: (own * Interval::of(parts.beta) * belt_speed).at_least_zero(),
+            b: (own * Interval::of(law.beta) * belt_speed).at_least_zero(),
         };
         Some(Self { groups, epsilon: Interval::of(column.epsilon), belt_speed })
     }

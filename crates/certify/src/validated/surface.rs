@@ -19,30 +19,16 @@ pub struct Surface {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Piece {
+pub(super) struct Piece {
     domain: GroupBox,
-    state: State,
+    /// Whether a proof was tried.
+    is_tried: bool,
+    /// The proof; without one C* has the bounds by the even part of the divergence.
+    pub(super) tile: Option<Box<Tile>>,
     /// Bound on the width of the enclosure anywhere in the piece.
-    width: f64,
+    pub(super) width: f64,
     /// The width times the piece's share in the caller's measure: the priority of its refinement.
     weight: f64,
-}
-
-/// State of the proof of a piece.
-#[derive(Clone, Debug, PartialEq)]
-enum State {
-    /// No proof was tried.
-    Untried,
-    /// The proof did not go through.
-    Failed,
-    Proved(Box<Tile>),
-}
-
-/// The enclosure of C* on a piece.
-pub(super) enum Enclosure<'a> {
-    Tile(&'a Tile),
-    /// The bounds by the even part of the divergence, of this width.
-    EvenPart(f64),
 }
 
 impl Surface {
@@ -50,7 +36,8 @@ impl Surface {
     #[must_use]
     pub fn new(domain: GroupBox) -> Self {
         let width = even_part_width(&domain);
-        Self { domain, pieces: vec![Piece { domain, state: State::Untried, width, weight: width }], tried: 0 }
+        let whole = Piece { domain, is_tried: false, tile: None, width, weight: width };
+        Self { domain, pieces: vec![whole], tried: 0 }
     }
 
     /// Tries proofs in order of decreasing weight, until `budget` proofs have been tried in all or no piece
@@ -70,12 +57,9 @@ impl Surface {
                 one.weight.total_cmp(&two.weight).then(j.cmp(i))
             };
             let Some((worst, _)) = heavy.max_by(by_weight) else { return };
-            let Piece { domain, state, .. } = self.pieces.swap_remove(worst);
-            let domains = match state {
-                State::Untried => vec![domain],
-                State::Failed => domain.halves(widest_axis(&domain)).to_vec(),
-                State::Proved(tile) => domain.halves(tile.roughest_axis()).to_vec(),
-            };
+            let Piece { domain, is_tried, tile, .. } = self.pieces.swap_remove(worst);
+            let axis = tile.map_or_else(|| widest_axis(&domain), |tile| tile.roughest_axis());
+            let domains = if is_tried { domain.halves(axis).to_vec() } else { vec![domain] };
             let parts: Vec<(GroupBox, f64)> = domains.into_iter().map(|part| (part, share(&part))).collect();
             self.tried += parts.iter().filter(|(_, share)| *share > 0.0).count();
             let parts: Vec<Piece> =
@@ -85,40 +69,27 @@ impl Surface {
     }
 
     pub(crate) fn tiles(&self) -> impl Iterator<Item = &Tile> {
-        self.pieces.iter().filter_map(|piece| match &piece.state {
-            State::Proved(tile) => Some(&**tile),
-            State::Untried | State::Failed => None,
-        })
+        self.pieces.iter().filter_map(|piece| piece.tile.as_deref())
     }
 
     /// The parts of the box that have no proof.
     pub(crate) fn open(&self) -> impl Iterator<Item = GroupBox> {
-        self.pieces.iter().filter(|piece| !matches!(piece.state, State::Proved(_))).map(|piece| piece.domain)
+        self.pieces.iter().filter(|piece| piece.tile.is_none()).map(|piece| piece.domain)
     }
 
-    /// The enclosure of C* on each piece that meets `domain`.
-    pub(super) fn enclosures(&self, domain: &GroupBox) -> impl Iterator<Item = Enclosure<'_>> {
-        let domain = *domain;
-        self.pieces.iter().filter(move |piece| piece.domain.meets(&domain)).map(|piece| match &piece.state {
-            State::Proved(tile) => Enclosure::Tile(tile),
-            State::Untried | State::Failed => Enclosure::EvenPart(piece.width),
-        })
+    pub(super) fn pieces_that_meet(&self, domain: &GroupBox) -> impl Iterator<Item = &Piece> {
+        self.pieces.iter().filter(|piece| piece.domain.meets(domain))
     }
 }
 
 impl Piece {
     /// The piece over a box with its proof, which is tried unless its share is zero.
     fn new(domain: GroupBox, share: f64) -> Self {
+        let is_tried = share > 0.0;
+        let tile = is_tried.then(|| Tile::prove(domain)).flatten().map(Box::new);
         let even = even_part_width(&domain);
-        let (state, width) = match (share > 0.0).then(|| Tile::prove(domain)) {
-            None => (State::Untried, even),
-            Some(None) => (State::Failed, even),
-            Some(Some(tile)) => {
-                let width = (2.0 * tile.radius).min(even);
-                (State::Proved(Box::new(tile)), width)
-            }
-        };
-        Self { domain, state, width, weight: width * share }
+        let width = tile.as_ref().map_or(even, |tile| (2.0 * tile.radius).min(even));
+        Self { domain, is_tried, tile, width, weight: width * share }
     }
 }
 

@@ -50,15 +50,12 @@ impl GroupBox {
     pub(crate) fn halves(&self, axis: usize) -> [GroupBox; 2] {
         let [lo, hi] = self.ranges()[axis];
         let middle = 0.5 * (lo + hi);
-        [[lo, middle], [middle, hi]].map(|half| self.with_range(axis, half))
-    }
-
-    /// The box with another range along one of its three axes.
-    pub(crate) fn with_range(&self, axis: usize, range: [f64; 2]) -> GroupBox {
-        let mut ranges = self.ranges();
-        ranges[axis] = range;
-        let [a, k, b] = ranges;
-        GroupBox { a, k, b }
+        [[lo, middle], [middle, hi]].map(|half| {
+            let mut ranges = self.ranges();
+            ranges[axis] = half;
+            let [a, k, b] = ranges;
+            GroupBox { a, k, b }
+        })
     }
 
     /// Returns whether the boxes have a point in common.
@@ -322,21 +319,6 @@ fn interpolate(domain: GroupBox) -> Option<Tile> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validated::Enclosed;
-
-    #[test]
-    fn a_tile_holds_the_points_inside() {
-        let domain = GroupBox { a: [0.1, 0.2], k: [0.15, 0.3], b: [0.0, 0.03] };
-        let tile = Tile::prove(domain).unwrap();
-        assert!(tile.radius < 1e-4, "{}", tile.radius);
-        for i in 0..125 {
-            let at = |[lo, hi]: [f64; 2], i: i32| Interval::of(lo + (hi - lo) * f64::from(i % 5) / 4.0);
-            let groups = Groups { a: at(domain.a, i), k: at(domain.k, i / 5), b: at(domain.b, i / 25) };
-            let point = Enclosed { groups, epsilon: Interval::ONE, belt_speed: Interval::ONE };
-            let (inner, outer) = (point.critical(), tile.critical(&groups));
-            assert!(outer.lo <= inner.lo && inner.hi <= outer.hi, "{groups:?} {inner:?} {outer:?}");
-        }
-    }
 
     /// Chebyshev points lie inside a box, so its corners show what the samples miss.
     #[test]

@@ -416,23 +416,6 @@ mod tests {
         assert!(5 * sharp > 2 * all, "{sharp} of {all}");
     }
 
-    /// Two coefficients, whose critical damping has a closed form.
-    #[test]
-    fn the_turn_from_a_drop_encloses_the_closed_form() {
-        for (drop, belt_speed) in [(0.5, 1.0), (0.1, 0.3), (0.9, 0.7), (0.01, 2.0), (0.3, 0.06)] {
-            let law = LawParameters::new(&[drop, 0.0]);
-            let column = Law::Coulomb.column(&Point { epsilon: 1.0, law, belt_speed, damping: 0.0 });
-            let proof = any_law::prove(&column);
-            let known = crate::drop::sustained(drop, belt_speed);
-            let critical = proof.critical;
-            assert!(
-                critical.lo <= known.hi && known.lo <= critical.hi,
-                "{drop} {belt_speed} {proof:?} {known:?}"
-            );
-            assert!(critical.hi - critical.lo < 2e-12, "{drop} {belt_speed} {proof:?} {known:?}");
-        }
-    }
-
     /// A law whose weakening rate is a parabola on each piece, with corners on the orbit.
     #[test]
     fn corners_are_passed_and_the_end_of_a_table_is_reported() {

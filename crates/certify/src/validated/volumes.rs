@@ -39,29 +39,24 @@ impl Volumes {
     }
 }
 
-/// A lower or an upper bound of c* over a part, a function of the parameters.
-pub(super) trait Bound {
-    /// The mean over the part of the bound cut off at both ends of a range.
-    fn mean_cut(&self, range: [f64; 2]) -> Interval;
-}
-
 /// Lower bounds of the volumes proved present and absent in a part that is `share` of the whole, where the
-/// landing is proved `from` a damping on.
-pub(super) fn decided<B: Bound>(
+/// landing is proved `from` a damping on. `least` and `most` are the means over the part of a lower and of
+/// an upper bound of c*, cut off at both ends of a range.
+pub(super) fn decided(
     share: Interval,
     damping: [f64; 2],
     from: Option<f64>,
-    [least, most]: [&B; 2],
+    [least, most]: [&dyn Fn([f64; 2]) -> Interval; 2],
 ) -> [f64; 2] {
     // A cycle exists below c* and none above: the shares at a single damping are at least their means over dampings
     // above it, and below it.
     let thin = |side: f64| if damping[0] == damping[1] { side * THIN * damping[0].max(0.01) } else { 0.0 };
     let above = |from: f64| {
         let to = damping[1] + thin(1.0);
-        (least.mean_cut([from, to]) - Interval::of(from)).over(Interval::of(to) - Interval::of(damping[0]))
+        (least([from, to]) - Interval::of(from)).over(Interval::of(to) - Interval::of(damping[0]))
     };
     let [lo, hi] = [damping[0] + thin(-1.0), damping[1]];
-    let absent = (Interval::of(hi) - most.mean_cut([lo, hi])).over(Interval::of(hi) - Interval::of(lo));
+    let absent = (Interval::of(hi) - most([lo, hi])).over(Interval::of(hi) - Interval::of(lo));
     let of_part = [from.map_or(Interval::ZERO, above), absent];
     of_part.map(|of_part| (of_part * share).lo.max(0.0))
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::built_in::ClosedForm;
 use super::exponential::ExponentialFall;
 use super::{FirstOrder, Form, Gradient, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening};
-use crate::point::LawParameters;
+use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
 
@@ -471,21 +471,29 @@ impl Curve {
     /// Derivatives of the weakening rate at slip speed `u` with respect to eps and each parameter of the law.
     #[must_use]
     pub fn weakening_gradient(&self, u: f64) -> Gradient {
-        let gradient = match &self.form {
-            Form::Expression(law) | Form::Leading(law) => law.gradient(u),
+        // The weakening rate does not depend on the drop.
+        self.with_axis(self.own_gradient(u), 0.0)
+    }
+
+    /// [`Self::weakening_gradient`] without the parameter of [`super::Law::with_drop`].
+    fn own_gradient(&self, u: f64) -> Gradient {
+        match &self.form {
+            Form::Expression(law) | Form::Leading(law) => law.derivatives(u, 1),
             Form::Custom(law) => law.gradient(u),
             form => {
                 let nothing = Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) };
                 form.closed().map_or(nothing, |law| law.gradient(u))
             }
-        };
+        }
+    }
+
+    /// Adds the derivative with respect to the parameter of [`super::Law::with_drop`], if the law has it.
+    fn with_axis(&self, own: Gradient, by_axis: f64) -> Gradient {
         match self.axis {
-            None => gradient,
-            // The weakening rate does not depend on the drop.
+            None => own,
             Some(_) => {
-                let own = gradient.parameters.as_slice().iter().copied();
-                let parameters: Vec<f64> = own.chain([0.0]).collect();
-                Gradient { parameters: LawParameters::new(&parameters), ..gradient }
+                let parameters = [own.parameters.as_slice(), &[by_axis]].concat();
+                Gradient { parameters: LawParameters::new(&parameters), ..own }
             }
         }
     }
@@ -494,18 +502,15 @@ impl Curve {
     #[must_use]
     pub fn drop_gradient(&self) -> Gradient {
         let own = match &self.form {
-            Form::Expression(law) if law.may_drop() => law.drop_gradient(),
+            Form::Expression(curve) if curve.law.may_drop() => curve.derivatives(0.0, 0),
             Form::Coulomb(_) => Gradient { epsilon: 0.0, parameters: LawParameters::new(&[1.0, 0.0]) },
             _ => {
-                let zero = self.weakening_gradient(0.0).parameters.as_slice().iter().map(|_| 0.0).collect();
-                let zero: Vec<f64> = zero;
-                let own = zero.len() - usize::from(self.axis.is_some());
-                Gradient { epsilon: 0.0, parameters: LawParameters::new(&zero[..own]) }
+                let count = self.own_gradient(0.0).parameters.as_slice().len();
+                let zeros = [0.0; MAX_LAW_PARAMETERS];
+                Gradient { epsilon: 0.0, parameters: LawParameters::new(&zeros[..count]) }
             }
         };
-        let axis = self.axis.map(|_| 1.0);
-        let parameters: Vec<f64> = own.parameters.as_slice().iter().copied().chain(axis).collect();
-        Gradient { parameters: LawParameters::new(&parameters), ..own }
+        self.with_axis(own, 1.0)
     }
 
     /// The table of a measured law; `None` for other laws.

@@ -81,9 +81,7 @@ impl Law {
         ranges.len() == self.parameters().len() + 2
             && known.zip(ranges).all(|(known, [lo, hi])| lo <= hi && known.admits(*lo) && known.admits(*hi))
     }
-}
 
-impl Law {
     /// The point of this law with the given eps, the law's own parameters (in the order of
     /// [`Law::parameters`]), belt speed V and damping c, if it is legal.
     ///

@@ -5,7 +5,7 @@
 //! Above 1 the law starts flat, and the weakening rate rises to its maximum at u = vs ((delta - 1) / delta)^(1 /
 //! delta). Between 1 and 2 its slope has no bound at rest, where it is (u / vs)^(delta - 1) to leading order.
 
-use super::built_in::{BuiltIn, ClosedForm, Fall, ONSET, Strengthening};
+use super::built_in::{BuiltIn, ClosedForm, Fall, ONSET, Strengthening, range_about_peak};
 use super::expression::power;
 use super::family::Series;
 use super::{Gradient, Parameter, Range, mean};
@@ -112,10 +112,8 @@ impl ExponentialFall {
     /// Its range over slip speeds >= 0: it rises up to its maximum, at rest where the exponent is 1, and falls from there.
     #[must_use]
     pub fn range(&self, lo: f64, hi: f64) -> Range {
-        let (a, b) = (self.at(lo), self.at(hi));
         let peak = if self.is_squared { std::f64::consts::FRAC_1_SQRT_2 / self.rate } else { 0.0 };
-        let top = if lo < peak && peak < hi { self.at(peak) } else { a.max(b) };
-        Range { lo: a.min(b), hi: top }
+        range_about_peak(|u| self.at(u), peak, lo, hi)
     }
 }
 
@@ -206,10 +204,7 @@ impl Exponential {
 
     /// The weakening rate rises up to its maximum, at rest where the exponent is 1, and falls from there.
     pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
-        let (a, b) = (self.weakening(lo), self.weakening(hi));
-        let peak = self.steepest / self.rate;
-        let top = if lo < peak && peak < hi { self.weakening(peak) } else { a.max(b) };
-        Range { lo: a.min(b), hi: top }
+        range_about_peak(|u| self.weakening(u), self.steepest / self.rate, lo, hi)
     }
 }
 

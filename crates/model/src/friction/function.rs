@@ -8,6 +8,7 @@
 
 use std::sync::{Arc, LazyLock};
 
+use slipmap_numbers::chebyshev::angle;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
 
@@ -67,17 +68,14 @@ impl PartialEq for Function {
 }
 
 /// The Chebyshev points in [-1, 1].
-static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(|| std::array::from_fn(|j| angle(j).cos()));
-
-fn angle(j: usize) -> f64 {
-    std::f64::consts::PI * (j as f64 + 0.5) / COUNT as f64
-}
+static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(|| std::array::from_fn(|j| angle(j, COUNT).cos()));
 
 /// Chebyshev coefficients of the polynomial through values at the points.
 fn fit(values: &[f64; COUNT]) -> [f64; COUNT] {
     std::array::from_fn(|k| {
         let weight = if k == 0 { 1.0 } else { 2.0 } / COUNT as f64;
-        let sum: f64 = values.iter().enumerate().map(|(j, value)| value * (k as f64 * angle(j)).cos()).sum();
+        let sum: f64 =
+            values.iter().enumerate().map(|(j, value)| value * (k as f64 * angle(j, COUNT)).cos()).sum();
         weight * sum
     })
 }
@@ -227,11 +225,8 @@ impl Function {
     /// meet, or if friction at rest is not 1.
     pub(super) fn from_definition(definition: &str) -> Option<Self> {
         let numbers = |line: &str| -> Option<Vec<f64>> {
-            if line.is_empty() {
-                Some(Vec::new())
-            } else {
-                line.split(',').map(|word| word.parse().ok()).collect()
-            }
+            let words = line.split(',').filter(|_| !line.is_empty());
+            words.map(|word| word.parse().ok()).collect()
         };
         let mut lines = definition.split('\n');
         let (error, origin) = lines.next()?.split_once(' ')?;

@@ -4,7 +4,7 @@
 //! It starts flat: the weakening rate rises from -eta at rest to its maximum at u = vs / sqrt(3) and falls
 //! from there. Around that maximum stable slip cycles arise.
 
-use super::built_in::{BuiltIn, ClosedForm, ONSET, Strengthening};
+use super::built_in::{BuiltIn, ClosedForm, ONSET, Strengthening, range_about_peak};
 use super::exponential::{PARAMETERS, falling_from_one, parameters_of};
 use super::family::Series;
 use super::{Gradient, Range, mean};
@@ -65,10 +65,7 @@ impl Lorentzian {
 
     /// The weakening rate has one maximum, at u = vs / sqrt(3).
     pub fn weakening_range(&self, lo: f64, hi: f64) -> Range {
-        let (a, b) = (self.weakening(lo), self.weakening(hi));
-        let peak = 1.0 / (3f64.sqrt() * self.rate);
-        let top = if lo < peak && peak < hi { self.weakening(peak) } else { a.max(b) };
-        Range { lo: a.min(b), hi: top }
+        range_about_peak(|u| self.weakening(u), 1.0 / (3f64.sqrt() * self.rate), lo, hi)
     }
 
     pub(super) fn formula<T: Real>(&self, u: T) -> T {
@@ -103,27 +100,7 @@ impl ClosedForm for Lorentzian {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Law;
     use super::*;
-    use slipmap_numbers::jet::Jet;
-
-    #[test]
-    fn closed_forms_are_those_of_the_formula() {
-        for (mu, vs, eta) in [(0.5, 1.0, 0.1), (0.0, 0.2, 0.0), (0.9, 3.0, 1.0), (1.0, 1.0, 0.3)] {
-            let laws = [(Law::Exponential, None), (Law::Lorentzian, None)];
-            let stretched = [1.0, 1.5, 2.0, 3.0].map(|exponent| (Law::Stretched, Some(exponent)));
-            for (law, exponent) in laws.into_iter().chain(stretched) {
-                let parameters: Vec<f64> = [mu, vs, eta].into_iter().chain(exponent).collect();
-                let curve = law.curve(1.0, &LawParameters::new(&parameters));
-                let jet = curve.formula(Jet::<f64, 2>::variable(0.4, 1.0)).unwrap();
-                assert!((jet.0[0] - curve.phi(0.4)).abs() <= 8.0 * f64::EPSILON, "{curve:?}");
-                // A few roundings of terms no larger than (1 - mu) / vs + eta.
-                let terms = (1.0 - mu) / vs + eta;
-                let apart = (jet.0[1] + curve.weakening(0.4)).abs();
-                assert!(apart <= 64.0 * f64::EPSILON * terms, "{curve:?}");
-            }
-        }
-    }
 
     #[test]
     fn very_fast_slip_does_not_overflow() {

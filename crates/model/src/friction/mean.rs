@@ -64,15 +64,3 @@ fn doubled(weakening: impl Fn(f64) -> f64, belt_speed: f64, least: usize, enough
     }
     2.0 * before
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn averages_of_powers() {
-        // u^2 = V^2 (1 - cos t)^2 weighted with sin^2 / pi: V^2 (1 + 1/4).
-        let mean = mean_weakening(|u| u * u, 3.0);
-        assert!((mean - 9.0 * 1.25).abs() <= 32.0 * f64::EPSILON * 9.0, "{mean}");
-    }
-}

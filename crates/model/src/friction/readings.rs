@@ -1,5 +1,7 @@
 //! Readings averaged: those at one slip speed, and many that scatter.
 
+use std::collections::HashSet;
+
 /// The means of the readings at each slip speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Means {
@@ -134,7 +136,6 @@ fn divide(readings: &[(f64, f64)], from: usize, passages: Option<&[usize]>, segm
     let mut residual: Vec<f64> = readings.iter().map(|reading| reading.1).collect();
     let mut squares = [0.0; TERMS];
     let mut coefficients = [0.0; TERMS];
-    let mut line = [0.0; 2];
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let degree = if half > 0.0 && n > 4 { 3 } else { 0 };
     let mut about_line = f64::NAN;
@@ -157,8 +158,7 @@ fn divide(readings: &[(f64, f64)], from: usize, passages: Option<&[usize]>, segm
         residual.iter_mut().zip(&next).for_each(|(rest, next)| *rest -= coefficient * next);
         squares[k] = coefficient * coefficient * norm;
         coefficients[k] = coefficient;
-        if let Some(line) = line.get_mut(k) {
-            *line = coefficient;
+        if k < 2 {
             about_line = dot(&residual, &residual);
         }
         basis.push(next);
@@ -182,23 +182,20 @@ fn divide(readings: &[(f64, f64)], from: usize, passages: Option<&[usize]>, segm
         0.0
     };
     let variance = about_line / (count - 2.0).max(1.0);
-    let slope = if s2 > 0.0 { line[1] / half } else { 0.0 };
+    let slope = if s2 > 0.0 { coefficients[1] / half } else { 0.0 };
     let by_chance = rest * count / independent;
     let bends = [2, 3].map(|k| {
         // The part of the term that is more than chance makes it.
         let share = (1.0 - by_chance / squares[k]).max(0.0).sqrt();
         polynomials.get(k).map_or([0.0; TERMS], |of| of.map(|power| share * coefficients[k] * power))
     });
-    let (level, fastest) = (line[0], high);
+    let (level, fastest) = (coefficients[0], high);
     segments.push(Segment { mean, s2, level, slope, variance, independent, fastest, middle, half, bends });
 }
 
 /// The number of different numbers.
 fn different(numbers: &[usize]) -> f64 {
-    let mut numbers = numbers.to_vec();
-    numbers.sort_unstable();
-    numbers.dedup();
-    numbers.len() as f64
+    numbers.iter().collect::<HashSet<_>>().len() as f64
 }
 
 #[cfg(test)]

@@ -46,23 +46,16 @@ const GAMMA: Parameter =
 /// The Stribeck curve at fixed eps, alpha, beta, gamma.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stribeck {
-    epsilon: f64,
-    /// 1 - alpha.
-    drop: f64,
-    gamma: f64,
-    beta: f64,
-    /// eps gamma.
-    rate: f64,
-}
-
-/// Parameters of the law, exact except for one rounding.
-#[derive(Clone, Copy, Debug)]
-pub struct Parts {
+    /// eps, as it was given.
     pub epsilon: f64,
-    pub beta: f64,
-    pub gamma: f64,
     /// 1 - alpha, rounded to the nearest f64.
     pub drop: f64,
+    /// gamma, as it was given.
+    pub gamma: f64,
+    /// beta, as it was given.
+    pub beta: f64,
+    /// eps gamma.
+    rate: f64,
 }
 
 impl Stribeck {
@@ -97,11 +90,6 @@ impl Stribeck {
     /// The weakening rate falls with u, so its bounds are its end values.
     pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         Range { lo: self.weakening(hi), hi: self.weakening(lo) }
-    }
-
-    /// The parameters as given, for interval arithmetic.
-    pub fn parts(&self) -> Parts {
-        Parts { epsilon: self.epsilon, beta: self.beta, gamma: self.gamma, drop: self.drop }
     }
 
     /// The scaled groups at belt speed V and damping force rate C = eps c.

@@ -10,7 +10,7 @@ use super::Range;
 use super::peak::{NO_REST, REST_AT_PEAK};
 use slipmap_numbers::gauss::Rule;
 use slipmap_numbers::interval::Interval;
-use slipmap_numbers::jet::{Jet, Real as _};
+use slipmap_numbers::jet::{Jet, Real};
 use slipmap_numbers::random::Random;
 
 /// Median of the absolute values of normal numbers.
@@ -79,21 +79,12 @@ pub struct Source {
     pub forces: bool,
 }
 
-/// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0.
-struct Piece {
-    start: f64,
-    phi: f64,
-    slope: f64,
-    c2: f64,
-    c3: f64,
-}
+/// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0: these coefficients.
+type Cubic<T> = [T; 4];
 
-impl Piece {
-    /// -phi'(u).
-    fn weakening(&self, u: f64) -> f64 {
-        let t = u - self.start;
-        -(self.slope + t * (2.0 * self.c2 + t * (3.0 * self.c3)))
-    }
+/// -phi' at t.
+fn weakening([_, slope, c2, c3]: Cubic<f64>, t: f64) -> f64 {
+    -(slope + t * (2.0 * c2 + t * (3.0 * c3)))
 }
 
 /// -phi' on one piece, in t = u - ends[0].
@@ -455,13 +446,18 @@ impl Table {
         after.saturating_sub(1).min(self.pieces() - 1)
     }
 
-    fn piece(&self, i: usize) -> Piece {
+    /// The cubic of a piece, in any arithmetic. The law is defined by the stored values and slopes at the
+    /// data.
+    #[inline]
+    fn cubic<T: Real>(&self, i: usize) -> Cubic<T> {
         let Cubics { u, phi, slope, .. } = &*self.0;
-        let h = u[i + 1] - u[i];
-        let secant = (phi[i + 1] - phi[i]) / h;
-        let c2 = (3.0 * secant - 2.0 * slope[i] - slope[i + 1]) / h;
-        let c3 = (slope[i] + slope[i + 1] - 2.0 * secant) / (h * h);
-        Piece { start: u[i], phi: phi[i], slope: slope[i], c2, c3 }
+        let c = T::constant;
+        let h = c(u[i + 1]) - c(u[i]);
+        let secant = (c(phi[i + 1]) - c(phi[i])) / h;
+        let [from, to] = [c(slope[i]), c(slope[i + 1])];
+        let c2 = (c(3.0) * secant - c(2.0) * from - to) / h;
+        let c3 = (from + to - c(2.0) * secant) / (h * h);
+        [c(phi[i]), from, c2, c3]
     }
 
     /// phi(u); below u = 0, where the flow is continued, by the first cubic.
@@ -469,8 +465,9 @@ impl Table {
         if u > self.fastest() {
             return f64::NAN;
         }
-        let Piece { start, phi, slope, c2, c3 } = self.piece(self.piece_at(u));
-        let t = u - start;
+        let piece = self.piece_at(u);
+        let [phi, slope, c2, c3]: Cubic<f64> = self.cubic(piece);
+        let t = u - self.0.u[piece];
         phi + t * (slope + t * (c2 + t * c3))
     }
 
@@ -479,7 +476,8 @@ impl Table {
         if u > self.fastest() {
             return f64::NAN;
         }
-        self.piece(self.piece_at(u)).weakening(u)
+        let piece = self.piece_at(u);
+        weakening(self.cubic(piece), u - self.0.u[piece])
     }
 
     /// The rounding error of -phi' at `u`: its slopes are quotients of differences of data next to it.
@@ -492,18 +490,12 @@ impl Table {
         4.0 * f64::EPSILON * largest / step
     }
 
-    /// The parabolas of -phi', piece by piece, with enclosures of their coefficients. The law is defined as
-    /// the piecewise cubic with the stored values and slopes at the data.
+    /// The parabolas of -phi', piece by piece, with enclosures of their coefficients.
     pub(super) fn parabolas(&self) -> impl Iterator<Item = Parabola> {
-        let Cubics { u, phi, slope, .. } = &*self.0;
         (0..self.pieces()).map(|i| {
-            let at = |values: &[f64], i: usize| Interval::of(values[i]);
-            let h = at(u, i + 1) - at(u, i);
-            let secant = (at(phi, i + 1) - at(phi, i)) / h;
-            let (from, to, c) = (at(slope, i), at(slope, i + 1), Interval::constant);
-            let c2 = (c(3.0) * secant - c(2.0) * from - to) / h;
-            let c3 = (from + to - c(2.0) * secant) / (h * h);
-            Parabola { ends: [u[i], u[i + 1]], coefficients: [-from, -(c(2.0) * c2), -(c(3.0) * c3)] }
+            let ([_, slope, c2, c3], c) = (self.cubic::<Interval>(i), Interval::constant);
+            let coefficients = [-slope, -(c(2.0) * c2), -(c(3.0) * c3)];
+            Parabola { ends: [self.0.u[i], self.0.u[i + 1]], coefficients }
         })
     }
 
@@ -543,13 +535,14 @@ impl Table {
         for i in 0..=self.piece_at(2.0 * belt_speed) {
             let to = angle(self.0.u[i + 1]);
             let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-            let piece = self.piece(i);
+            let (cubic, start) = (self.cubic(i), self.0.u[i]);
             let sum: f64 = (GAUSS.nodes.iter().zip(&GAUSS.weights))
                 .map(|(x, weight)| {
                     // sin^2 t and the slip speed from sin^2 (t / 2).
                     let sin_half = (0.5 * (middle + half * x)).sin();
                     let square = sin_half * sin_half;
-                    weight * piece.weakening(2.0 * belt_speed * square) * 4.0 * square * (1.0 - square)
+                    let rate = weakening(cubic, 2.0 * belt_speed * square - start);
+                    weight * rate * 4.0 * square * (1.0 - square)
                 })
                 .sum();
             total += half * sum;

@@ -15,7 +15,7 @@
 mod parse;
 
 use std::borrow::Cow;
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::peak::{NO_REST, REST_AT_PEAK};
@@ -110,9 +110,8 @@ impl PartialEq for Expression {
 /// Keeps each name of a parameter once, for the life of the program: names of axes have the lifetime
 /// `'static`.
 fn interned(name: String) -> &'static str {
-    static KNOWN: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
+    static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    let known = known.get_or_insert_default();
     if let Some(name) = known.get(name.as_str()) {
         return name;
     }
@@ -157,23 +156,15 @@ impl Expression {
     fn compiled(text: &str, static_level: f64, may_drop: bool) -> Result<Self, ExpressionError> {
         let tape = parse::parse(text)?;
         if let Some(place) = tape.places.get(MOST_OPERATIONS) {
-            return Err(ExpressionError {
-                from: place.from,
-                to: place.to,
-                problem: format!(
-                    "the formula has {} operations; this is the first of more than {MOST_OPERATIONS}",
-                    tape.ops.len()
-                ),
-                remedy: "simplify it, or give the law as a table".into(),
-            });
+            let problem = format!(
+                "the formula has {} operations; this is the first of more than {MOST_OPERATIONS}",
+                tape.ops.len()
+            );
+            return Err(place.error(problem, "simplify it, or give the law as a table"));
         }
         if let Some((name, place)) = tape.parameters.get(MAX_LAW_PARAMETERS) {
-            return Err(ExpressionError {
-                from: place.from,
-                to: place.to,
-                problem: format!("`{name}` is one parameter more than {MAX_LAW_PARAMETERS}"),
-                remedy: "write some of them as numbers".into(),
-            });
+            let problem = format!("`{name}` is one parameter more than {MAX_LAW_PARAMETERS}");
+            return Err(place.error(problem, "write some of them as numbers"));
         }
         let parameters = tape.parameters.iter().map(|(name, _)| Parameter {
             name: interned(name.clone()),
@@ -316,13 +307,12 @@ impl Expression {
 /// A formula with all its parameters fixed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpressionCurve {
-    law: Expression,
+    pub(super) law: Expression,
     epsilon: f64,
     parameters: LawParameters,
 }
 
 fn call<T: Real>(function: Function, x: T) -> T {
-    let exps = |x: T| (x.exp(), (-x).exp());
     let half = T::constant(0.5);
     match function {
         Function::Exp => x.exp(),
@@ -334,14 +324,8 @@ fn call<T: Real>(function: Function, x: T) -> T {
             let (sin, cos) = x.sin_cos();
             sin / cos
         }
-        Function::Sinh => {
-            let (up, down) = exps(x);
-            half * (up - down)
-        }
-        Function::Cosh => {
-            let (up, down) = exps(x);
-            half * (up + down)
-        }
+        Function::Sinh => half * (x.exp() - (-x).exp()),
+        Function::Cosh => half * (x.exp() + (-x).exp()),
         Function::Tanh => x.tanh(),
         Function::Atan => x.atan(),
         Function::Asinh => (x + (x * x + T::constant(1.0)).sqrt()).ln(),
@@ -466,23 +450,8 @@ impl ExpressionCurve {
         (-self.series::<Points<N>, 2>(Points(u)).0[1]).0
     }
 
-    /// Derivatives of the weakening rate.
-    pub(super) fn gradient(&self, u: f64) -> Gradient {
-        self.derivatives(u, 1)
-    }
-
-    /// Whether friction in slip may begin below the friction at rest.
-    pub(super) fn may_drop(&self) -> bool {
-        self.law.may_drop
-    }
-
-    /// Derivatives of [`Self::drop`].
-    pub(super) fn drop_gradient(&self) -> Gradient {
-        self.derivatives(0.0, 0)
-    }
-
     /// Derivatives of -phi, or of its slope if the `order` is 1, from series in eps and in one parameter after the other.
-    fn derivatives(&self, u: f64, order: usize) -> Gradient {
+    pub(super) fn derivatives(&self, u: f64, order: usize) -> Gradient {
         type Mixed = Jet<Jet<f64, 2>, 2>;
         let values = self.parameters.as_slice();
         // The derivative with respect to variable `n`: eps for 0, else parameter n - 1.
@@ -555,10 +524,7 @@ impl ExpressionCurve {
                 pieces.push((a, middle));
                 continue;
             }
-            return Err(match left {
-                0 => self.undecided(tape, number, a, b),
-                _ => self.singular(tape, number, a, b),
-            });
+            return Err(self.singular(tape, number, [a, b], left > 0));
         }
         let kinked = |corner: &&f64| {
             let jump = self.weakening(**corner) - self.weakening(corner.next_down());
@@ -567,7 +533,7 @@ impl ExpressionCurve {
         let kink = self.corners().iter().find(kinked);
         let of_kink = |op: &Op| matches!(op, Op::SlipAtLeast(_));
         if let Some((corner, number)) = kink.zip(tape.ops.iter().position(of_kink)) {
-            return Err(self.singular(tape, number, *corner, *corner));
+            return Err(self.singular(tape, number, [*corner; 2], true));
         }
         let whole = |problem: String, remedy: String| {
             Err(ExpressionError { from: 0, to: text.chars().count(), problem, remedy })
@@ -611,30 +577,22 @@ impl ExpressionCurve {
         Ok(())
     }
 
-    /// The error for an operation, given by its number, of which too many ranges of slip speed, the last one
-    /// [a, b], leave open whether it is singular.
-    fn undecided(&self, tape: &Tape, number: usize, a: f64, b: f64) -> ExpressionError {
-        let Place { from, to } = tape.places[number];
-        let part: String = self.law.parsed.text.chars().skip(from).take(to - from).collect();
-        ExpressionError {
-            from,
-            to,
-            problem: format!(
-                "whether `{part}` is regular was not decided on {MOST_CHECKED} ranges of slip speed, the last from {a:.6} \
-                 to {b:.6}{}",
-                self.at_parameters()
-            ),
-            remedy: "write a formula with fewer features, or give the law as a table".into(),
-        }
-    }
-
-    /// The error for an operation, given by its number, that is singular for slip speeds within [a, b].
-    fn singular(&self, tape: &Tape, number: usize, a: f64, b: f64) -> ExpressionError {
+    /// The error for an operation, given by its number, that is singular for slip speeds within [a, b]; or
+    /// of which too many ranges of slip speed, the last one [a, b], leave that open.
+    fn singular(&self, tape: &Tape, number: usize, [a, b]: [f64; 2], is_decided: bool) -> ExpressionError {
         let Place { from, to } = tape.places[number];
         let part: String = self.law.parsed.text.chars().skip(from).take(to - from).collect();
         let where_ = if b == 0.0 { "u = 0".to_owned() } else { format!("u = {:.6}", 0.5 * (a + b)) };
         let at = format!("{where_}{}", self.at_parameters());
         let (problem, remedy) = match tape.ops[number] {
+            _ if !is_decided => (
+                format!(
+                    "whether `{part}` is regular was not decided on {MOST_CHECKED} ranges of slip speed, the last from \
+                     {a:.6} to {b:.6}{}",
+                    self.at_parameters()
+                ),
+                "write a formula with fewer features, or give the law as a table",
+            ),
             Op::PowerInteger(exponent) if exponent > 0 => {
                 (format!("the power {exponent} of `{part}` overflows at {at}"), "scale the formula")
             }
@@ -659,7 +617,7 @@ impl ExpressionCurve {
             Op::Call(Function::Tan) => (format!("`{part}` has a pole at {at}"), "keep away from it"),
             _ => (format!("`{part}` overflows at {at}"), "scale the formula"),
         };
-        ExpressionError { from, to, problem, remedy: remedy.into() }
+        tape.places[number].error(problem, remedy)
     }
 
     /// The parameters in words, for messages.

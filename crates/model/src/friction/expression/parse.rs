@@ -77,6 +77,13 @@ pub(super) struct Place {
     pub(super) to: usize,
 }
 
+impl Place {
+    /// An error there.
+    pub(super) fn error(self, problem: String, remedy: &str) -> ExpressionError {
+        ExpressionError { from: self.from, to: self.to, problem, remedy: remedy.to_owned() }
+    }
+}
+
 /// A parsed formula.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tape {
@@ -154,8 +161,7 @@ pub(super) fn parse(text: &str) -> Result<Tape, ExpressionError> {
 }
 
 fn wrong<T>(place: Place, problem: String, remedy: &str) -> Result<T, Stop> {
-    let Place { from, to } = place;
-    Err(Stop::Wrong(ExpressionError { from, to, problem, remedy: remedy.to_owned() }))
+    Err(Stop::Wrong(place.error(problem, remedy)))
 }
 
 /// A token: a name, a number, `**`, or any other character.

@@ -13,7 +13,7 @@ fn meets_the_data_keeps_the_shape_and_has_a_continuous_slope() {
     }
     for i in 1..table.pieces() {
         let knot = table.0.u[i];
-        let (left, right) = (table.piece(i - 1).weakening(knot), table.piece(i).weakening(knot));
+        let [left, right] = [i - 1, i].map(|piece| weakening(table.cubic(piece), knot - table.0.u[piece]));
         assert!((left - right).abs() <= 64.0 * f64::EPSILON, "{knot}: {left} {right}");
     }
     // The weighted harmonic mean of Fritsch and Butland, of the secants -2 over 0.1 and -0.75 over 0.2.

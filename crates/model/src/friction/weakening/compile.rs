@@ -4,6 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use super::{COUNT, Piece, Places, Sign, Weakening};
 use crate::friction::{Form, Range, Table};
+use slipmap_numbers::chebyshev::angle;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::Jet;
 
@@ -30,12 +31,12 @@ const ROOM: f64 = 1.001;
 
 /// The Chebyshev points of the first kind in [-1, 1]. Unlike those of `simulate::chebyshev`, which are
 /// refined by halving, they do not include the ends of a piece, where a formula may be undefined.
-static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(|| std::array::from_fn(|j| angle(j).cos()));
+static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(|| std::array::from_fn(|j| angle(j, COUNT).cos()));
 /// Chebyshev coefficient k as a sum of the values at the points.
 static TRANSFORM: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(|| {
     std::array::from_fn(|k| {
         let weight = if k == 0 { 1.0 } else { 2.0 } / COUNT as f64;
-        std::array::from_fn(|j| weight * (k as f64 * angle(j)).cos())
+        std::array::from_fn(|j| weight * (k as f64 * angle(j, COUNT)).cos())
     })
 });
 /// Coefficients of the Chebyshev polynomials, which are integers.
@@ -50,10 +51,6 @@ static POWERS: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(|| {
     }
     powers
 });
-
-fn angle(j: usize) -> f64 {
-    std::f64::consts::PI * (j as f64 + 0.5) / COUNT as f64
-}
 
 /// The polynomial through values at the points, and the sum of its last two |Chebyshev coefficients|.
 fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
@@ -202,11 +199,9 @@ struct Compiler<'a> {
 impl Compiler<'_> {
     /// Compiles a law with seams from 0 to `reach`, from seam to seam.
     fn compile(&mut self, reach: f64) {
-        let seams = self.law.seams().iter().copied();
-        let mut ends: Vec<f64> = seams.filter(|seam| 0.0 < *seam && *seam < reach).collect();
-        ends.push(reach);
+        let seams = self.law.seams().iter().copied().filter(|seam| 0.0 < *seam && *seam < reach);
         let mut from = 0.0;
-        for end in ends {
+        for end in seams.chain([reach]) {
             self.extend(from, end, 0);
             from = end;
         }
@@ -297,13 +292,10 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
     }
     let round_off = Piece::round_off(&piece.c);
     // The series is in units of the half-width, so that no power of it leaves the normal numbers.
-    let proof = law.series(Interval::new(a, b), half.next_up()).map(|phi| {
+    if let Some(phi) = law.series(Interval::new(a, b), half.next_up()) {
         // w = -phi', so its coefficients follow from those of phi.
         let highest = Interval::of(COUNT as f64 + 1.0) * phi.0[COUNT + 1] / Interval::of(half);
         let remainder = ROOM * 2.0 * 0.5f64.powi(COUNT as i32) * highest.lo.abs().max(highest.hi.abs());
-        (phi, remainder)
-    });
-    if let Some((phi, remainder)) = proof {
         let reached = remainder <= aim || is_rounding(remainder);
         if !reached && !last {
             return None;
