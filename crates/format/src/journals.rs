@@ -334,8 +334,8 @@ impl Journals {
 fn longest(schema: &Schema) -> u64 {
     let chunk = |variable| schema.chunk(variable).iter().product::<usize>() as u64;
     let plain: u64 = schema.variables.iter().map(|variable| 8 * chunk(variable) + 4096).sum();
-    // Deflate lengthens incompressible data by far less than this.
-    LONGEST_HEADER.max(plain + plain / 16)
+    // The fastest level of deflate writes up to nine bits for a byte.
+    LONGEST_HEADER.max(plain + plain / 4)
 }
 
 /// A journal of the map at `output` that holds a tile.
