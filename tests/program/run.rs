@@ -88,7 +88,7 @@ fn a_run_makes_a_sound_map_and_accounts_for_every_cell() {
     assert_eq!(map.text("title"), Some("renamed"));
     let config = map.text("config").unwrap();
     config.says(&["title = \"renamed\" # a comment to keep"]);
-    let default = [("compression", 4.0), ("tolerance", 1e-9)];
+    let default = [("compression", 2.0), ("tolerance", 1e-9)];
     assert_eq!(default.map(|(name, _)| (name, map.number(name).unwrap())), default);
     assert!(map.text("history").unwrap().ends_with(": slipmap run small.toml --json --set title=renamed"));
     for (name, method) in methods {
