@@ -65,7 +65,7 @@ fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, RenderError> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, pixels.width(), pixels.height());
     encoder.set_color(png::ColorType::Rgb);
-    encoder.set_compression(png::Compression::High);
+    encoder.set_compression(png::Compression::Balanced);
     encoder.set_filter(png::Filter::NoFilter);
     let dots_per_metre = (RESOLUTION / 0.0254).round() as u32;
     encoder.set_pixel_dims(Some(png::PixelDimensions {
