@@ -9,7 +9,7 @@
 //!
 //! C is interpolated in r at Chebyshev nodes, whose number is doubled until the coefficients have decayed.
 //! One polynomial covers all amplitudes or, where the law has corners, each range between two amplitudes at
-//! which orbits begin to reach one (`backbone/corners.rs`).
+//! which orbits begin to reach one (`backbone/corners.rs`). Ranges that no polynomial follows are halved.
 //!
 //! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, plus the largest error of
 //! the nodes times the Lebesgue constant. It is an estimate; `slip_count` proves counts.
@@ -43,8 +43,10 @@ const SIZES: [usize; 2] = [8, 128];
 const FINEST_WITH_CORNERS: usize = 64;
 /// Number of intervals of one polynomial across corners above which C is cut at the corners if possible.
 const FINEST_BEFORE_CUT: usize = 32;
-/// Largest number of intervals between two corners.
-const FINEST_BETWEEN_CORNERS: usize = 32;
+/// Largest number of intervals of one of several panels.
+const FINEST_OF_MANY: usize = 32;
+/// Largest number of halvings of the panels: some twenty on both sides of one place.
+const MOST_HALVES: usize = 50;
 /// Amplitude, in units of V, at which the backbone is tested for flatness next to the equilibrium.
 const CLOSE: f64 = 0.01;
 
@@ -183,30 +185,45 @@ impl Backbone {
         Ok(backbone)
     }
 
-    /// The backbone with a polynomial between each two amplitudes at which orbits begin to reach a corner;
-    /// `None` where there are no such amplitudes or too many.
+    /// The backbone divided at the amplitudes at which orbits begin to reach a corner; `None` where there are no such
+    /// amplitudes or too many.
     fn cut(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
         let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
         let mut solver = Solver::new(curve, belt_speed, reachable, work);
         let Some(ends) = corner_amplitudes(&mut solver)? else { return Ok(None) };
-        let mut panels = Vec::with_capacity(ends.len());
-        let (mut from, mut lower) = (0.0, solver.at_rest());
-        let scale = ends.iter().map(|end| end.1.viscous.abs()).fold(lower.viscous.abs(), f64::max);
-        for (to, upper) in ends {
-            let mut values = vec![None; SIZES[0] + 1];
-            (values[0], values[SIZES[0]]) = (Some(upper), Some(lower));
-            let mut panel = Panel::through([from, to], true, values, &mut solver)?;
-            while truncation_error(&panel.series)
-                > (solver.tolerance * scale)
-                    .max(node_error_of(&panel.values, solver.error + solver.slope_error))
-                && panel.values.len() <= FINEST_BETWEEN_CORNERS
-            {
+        let mut ranges = Vec::with_capacity(ends.len());
+        let mut lower = (0.0, solver.at_rest());
+        for upper in ends {
+            ranges.push(Panel::between_ends([lower, upper], true, SIZES[0]));
+            lower = upper;
+        }
+        Self::divided(ranges, solver).map(Some)
+    }
+
+    /// The backbone of these ranges of amplitudes, each halved until a polynomial follows C.
+    fn divided(mut ranges: Vec<Panel>, mut solver: Solver) -> Result<Self, Failure> {
+        let ends = ranges.iter().flat_map(|range| [range.orbits.first(), range.orbits.last()]).flatten();
+        let scale = ends.flatten().map(|end| end.viscous.abs()).fold(0.0, f64::max);
+        let most = ranges.len() + MOST_HALVES;
+        let mut panels = Vec::with_capacity(ranges.len());
+        let follows = |panel: &Panel, solver: &Solver| {
+            let node_error = node_error_of(&panel.values, solver.error + solver.slope_error);
+            truncation_error(&panel.series) <= (solver.tolerance * scale).max(node_error)
+        };
+        // The next one is the last.
+        ranges.reverse();
+        while let Some(range) = ranges.pop() {
+            let mut panel = range.solved(&mut solver)?;
+            while !follows(&panel, &solver) && panel.values.len() <= FINEST_OF_MANY {
                 panel = panel.refined(&mut solver)?;
             }
-            panels.push(panel);
-            (from, lower) = (to, upper);
+            if follows(&panel, &solver) || panels.len() + ranges.len() >= most {
+                panels.push(panel);
+            } else {
+                ranges.extend(panel.halves().into_iter().rev());
+            }
         }
-        Ok(Some(Self::of_panels(panels, solver)))
+        Ok(Self::of_panels(panels, solver))
     }
 
     /// The backbone through the fewest nodes; [`Backbone::refined`] leads from it to that of
@@ -257,27 +274,35 @@ impl Backbone {
         tolerance: f64,
         work: &Work,
     ) -> Result<Option<Self>, Failure> {
-        let finest = if curve.corners().is_empty() { SIZES[1] } else { FINEST_WITH_CORNERS };
+        let has_corners = !curve.corners().is_empty();
+        let finest = if has_corners { FINEST_WITH_CORNERS } else { SIZES[1] };
         // Several panels are not refined further.
         let [panel] = &self.panels[..] else { return Ok(None) };
+        let intervals = panel.values.len() - 1;
         let enough = (tolerance * largest(&panel.values)).max(node_error_of(&panel.values, self.node_error));
         let Self { belt_speed, node_error: error, rhs, .. } = *self;
+        let solver = || Solver { error, rhs, ..Solver::new(curve, belt_speed, tolerance, work) };
         let cut = || Self::cut(curve, belt_speed, tolerance, work);
         if truncation_error(&panel.series).max(self.hidden) <= enough {
             return Ok(None);
         }
-        if panel.values.len() > finest {
+        if intervals >= finest {
             // Features that are still hidden, or that no polynomial follows, are narrow. Cutting fails if they have too
             // many ends or orbits that touch them are too hard to compute.
-            return Ok(cut().ok().flatten().filter(|cut| cut.error < self.error));
+            let divided = match cut() {
+                Ok(Some(cut)) => Some(cut),
+                _ if has_corners || self.hidden > enough => None,
+                _ => Self::divided(panel.halves(), solver()).ok(),
+            };
+            return Ok(divided.filter(|divided| divided.error < self.error));
         }
-        if panel.values.len() > FINEST_BEFORE_CUT
+        if intervals >= FINEST_BEFORE_CUT
             && self.crosses_corners
             && let Some(cut) = cut()?
         {
             return Ok(Some(cut));
         }
-        let mut solver = Solver { error, rhs, ..Solver::new(curve, belt_speed, tolerance, work) };
+        let mut solver = solver();
         let finer = panel.refined(&mut solver)?;
         Ok(Some(Self::of_panels(vec![finer], solver)))
     }
@@ -463,6 +488,8 @@ impl Backbone {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use slipmap_model::friction::{Expression, Law};
+    use slipmap_model::point::LawParameters;
     use slipmap_numbers::chebyshev::node;
 
     /// Next to an extreme a backbone tells no number of cycles, however large its error is.
@@ -482,6 +509,25 @@ mod tests {
             let cycles = backbone.cycles(2.0 - 1.1 * error, true, false).unwrap();
             assert!(cycles.len() == 2 && !cycles[0].is_stable && cycles[1].is_stable, "{cycles:?}");
             assert_eq!(backbone.cycles(2.0 + 1.1 * error, true, false), Some(Vec::new()));
+        }
+    }
+
+    /// Plateaus of C, between which it has bends of all widths: no polynomial of 129 nodes follows them, halves do.
+    #[test]
+    fn halves_follow_plateaus() {
+        let step = |fall: f64, place: f64, width: f64| format!("{fall}*(tanh((u - {place})/{width}) + 1)/2");
+        let text = format!("1 - {} - {}", step(0.295, 0.0234, 0.0014), step(0.236, 0.133, 0.0018));
+        let law = Law::Expression(Expression::new(&text, 1.0).unwrap());
+        let (curve, belt_speed) = (law.curve(1.0, &LawParameters::new(&[])), 0.886);
+        let (work, tolerance) = (Work::of_question(&curve), 1e-9);
+        let one = Backbone::with_intervals(&curve, belt_speed, tolerance, SIZES[1], &work).unwrap();
+        let halves = one.refined_within(&curve, tolerance, &work).unwrap().unwrap();
+        assert!(one.error > 1e-3 && halves.error < 1e-6, "{} {}", one.error, halves.error);
+        let radii: Vec<f64> = (1..100).map(|i| 0.01 * f64::from(i) * belt_speed).collect();
+        let exact = Solver::new(&curve, belt_speed, tolerance, &work).at(&radii).unwrap();
+        for (radius, exact) in radii.iter().zip(exact) {
+            let apart = (halves.viscous(*radius) - exact.viscous).abs();
+            assert!(apart <= halves.error + exact.error, "{radius}: {apart} {exact:?} {}", halves.error);
         }
     }
 }

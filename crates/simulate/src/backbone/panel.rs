@@ -5,6 +5,7 @@ use super::super::Failure;
 use super::super::closing::{Amplitude, closing_dampings};
 use super::super::polar::Closing;
 use super::super::work::Work;
+use super::SIZES;
 use slipmap_model::friction::Curve;
 use slipmap_numbers::chebyshev::{Between, coefficients, lebesgue, node, sum, sums};
 
@@ -28,6 +29,22 @@ pub(super) struct Panel {
 }
 
 impl Panel {
+    /// A range of amplitudes between two of which the orbits are known, with no polynomial as yet.
+    pub(super) fn between_ends(
+        [(from, lower), (to, upper)]: [(f64, Closing); 2],
+        in_root: bool,
+        intervals: usize,
+    ) -> Self {
+        let mut orbits = vec![None; intervals + 1];
+        (orbits[0], orbits[intervals]) = (Some(upper), Some(lower));
+        Self { from, to, in_root, values: Vec::new(), orbits, series: Vec::new() }
+    }
+
+    /// The range with its polynomial.
+    pub(super) fn solved(self, solver: &mut Solver) -> Result<Self, Failure> {
+        Self::through([self.from, self.to], self.in_root, self.orbits, solver)
+    }
+
     /// The panel through the orbits at the nodes. Missing orbits are computed: every second one where the
     /// values at the others follow from slopes.
     pub(super) fn through(
@@ -99,6 +116,17 @@ impl Panel {
         let mut orbits: Vec<Option<Closing>> = self.orbits.iter().flat_map(|orbit| [*orbit, None]).collect();
         orbits.pop();
         Self::through([self.from, self.to], self.in_root, orbits, solver)
+    }
+
+    /// The halves of its range, each with half as many intervals.
+    pub(super) fn halves(&self) -> Vec<Self> {
+        let last = self.orbits.len() - 1;
+        let end = |i: usize| Some((self.radius(node(i, last)), self.orbits[i]?));
+        let half = |ends: [usize; 2]| {
+            let [lower, upper] = ends.map(end);
+            Some(Self::between_ends([lower?, upper?], self.in_root, (last / 2).max(SIZES[0])))
+        };
+        [[last, last / 2], [last / 2, 0]].into_iter().filter_map(half).collect()
     }
 
     /// The amplitude at -1 <= `x` <= 1.
