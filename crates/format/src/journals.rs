@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::files::{self, Existing, folder_of};
-use slipmap_map::dataset::{Outcome, Provenance, Schema, Value, attributes};
+use slipmap_map::dataset::{Outcome, Provenance, Value, attributes};
 use slipmap_map::map::{Account, Plan, Shard};
 
 use super::codec::{from_bytes, to_bytes};
@@ -30,9 +30,6 @@ use super::writer::MapWriter;
 const REPLACES: &str = "replaces";
 /// Key in a journal's header of the number of shards that its run is one of; 0 if it is not a shard.
 const SHARDS: &str = "shards";
-
-/// Largest length of a header in bytes; a tile's frame may be longer.
-const LONGEST_HEADER: u64 = 1 << 26;
 
 /// Number of bytes of frames that are read at once.
 const WINDOW: u64 = 1 << 24;
@@ -73,7 +70,6 @@ pub struct Journals {
     pub(super) output: PathBuf,
     pub(super) plan: Plan,
     pub(super) opening: Vec<(String, Value)>,
-    longest: u64,
     files: Vec<PathBuf>,
     places: Vec<Option<FramePlace>>,
     pub(super) existing: Existing,
@@ -92,14 +88,12 @@ pub struct Journals {
 impl Journals {
     /// No journals.
     pub(super) fn none(output: &Path, plan: &Plan, provenance: &Provenance, existing: Existing) -> Self {
-        let schema = Schema::of(plan);
         Self {
             output: output.to_path_buf(),
             plan: plan.clone(),
             opening: attributes::opening(plan, provenance),
-            longest: longest(&schema),
             files: Vec::new(),
-            places: vec![None; schema.tiles()],
+            places: vec![None; plan.tile_count()],
             existing,
             history: Vec::new(),
             account: Account::none(plan),
@@ -139,7 +133,7 @@ impl Journals {
     /// Adds the tiles of a journal.
     fn add(&mut self, path: &Path, shard: Option<Shard>) -> Result<(), StoreError> {
         let failed = |source| StoreError::io("read", path, source);
-        let mut reader = Reader::open(path, self.longest).map_err(failed)?;
+        let mut reader = Reader::open(path).map_err(failed)?;
         let mut buffer = Vec::new();
         let Some(frame) = reader.next().map_err(failed)? else { return Ok(()) };
         let header = reader.contents(frame, &mut buffer).map_err(failed)?;
@@ -195,7 +189,7 @@ impl Journals {
     /// Notes the place of a tile in the last journal.
     fn place(&mut self, frame: Frame) {
         let journal = u32::try_from(self.files.len()).ok().and_then(NonZeroU32::new);
-        // A frame has at most `longest` bytes, and there are fewer files than numbers for them.
+        // Readers take no longer frame, and there are fewer files than numbers for them.
         if let (Some(journal), Ok(length)) = (journal, u32::try_from(frame.length)) {
             self.places[frame.tile as usize] = Some(FramePlace { journal, length, at: frame.at });
         }
@@ -305,7 +299,7 @@ impl Journals {
         for of_journal in wanted.chunk_by(|(_, one), (_, other)| one.journal == other.journal) {
             let path = &self.files[of_journal[0].1.journal.get() as usize - 1];
             let failed = |source| StoreError::io("read", path, source);
-            let mut reader = Reader::open(path, self.longest).map_err(failed)?;
+            let mut reader = Reader::open(path).map_err(failed)?;
             for &(tile, FramePlace { length, at, .. }) in of_journal {
                 let frame = Frame { tile: tile as u64, at, length: length.into() };
                 let contents = reader.contents(frame, &mut buffer).map_err(failed)?;
@@ -330,14 +324,6 @@ impl Journals {
     }
 }
 
-/// Length in bytes of the contents of the longest frame of a map of this layout.
-fn longest(schema: &Schema) -> u64 {
-    let chunk = |variable| schema.chunk(variable).iter().product::<usize>() as u64;
-    let plain: u64 = schema.variables.iter().map(|variable| 8 * chunk(variable) + 4096).sum();
-    // The fastest level of deflate writes up to nine bits for a byte.
-    LONGEST_HEADER.max(plain + plain / 4)
-}
-
 /// A journal of the map at `output` that holds a tile.
 ///
 /// # Errors
@@ -345,7 +331,7 @@ fn longest(schema: &Schema) -> u64 {
 pub fn any_tile(output: &Path) -> Result<Option<PathBuf>, StoreError> {
     for path in journals(output)? {
         let failed = |source| StoreError::io("read", &path, source);
-        let mut reader = Reader::open(&path, u64::MAX).map_err(failed)?;
+        let mut reader = Reader::open(&path).map_err(failed)?;
         let frames = [reader.next().map_err(failed)?, reader.next().map_err(failed)?];
         if frames.iter().flatten().any(|frame| frame.tile != HEADER) {
             return Ok(Some(path));
