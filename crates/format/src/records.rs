@@ -5,6 +5,7 @@ use hdf5::{Dataset, Group, ObjectReference1};
 
 use slipmap_map::dataset::{Contents, Series, fingerprint};
 
+use super::create::in_order;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
 
@@ -35,7 +36,7 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
 }
 
 fn create<T: hdf5::H5Type>(group: &Group, name: &str, values: &[T]) -> hdf5::Result<Dataset> {
-    group.new_dataset_builder().with_data(values).obj_track_times(false).create(name)
+    group.new_dataset_builder().with_data(values).with_dcpl(in_order).create(name)
 }
 
 /// Makes a dataset a dimension (an HDF5 dimension scale) with these values.

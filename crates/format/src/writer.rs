@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use hdf5::plist::file_create::AttrCreationOrder;
 use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, ObjectReference1};
 use sha2::{Digest, Sha256};
@@ -14,7 +13,7 @@ use slipmap_map::dataset::{
 };
 use slipmap_map::map::{Axis, Plan, Shown};
 
-use super::create::{ATTRIBUTES_IN_HEADER, create_file};
+use super::create::{create_file, in_order};
 use super::curves;
 use super::error::StoreError;
 use super::pack::PackedTile;
@@ -180,11 +179,7 @@ fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hd
         let shape: Vec<usize> = axes().map(|axis| axis.values.len()).collect();
         let builder = file.new_dataset_builder().empty::<f64>();
         let builder = if shape.is_empty() { builder.shape(()) } else { builder.shape(shape) };
-        let dataset = builder
-            .obj_track_times(false)
-            .attr_creation_order(AttrCreationOrder::Indexed)
-            .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
-            .create(*name)?;
+        let dataset = builder.with_dcpl(in_order).create(*name)?;
         if positions.is_empty() {
             values.iter().try_for_each(|value| dataset.write_scalar(value))?;
         } else {
@@ -199,18 +194,13 @@ fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hd
     Ok(())
 }
 
-/// Creates the coordinate variable of an axis, which is also a dimension (HDF5 dimension scale).
 /// The attributes of an axis that tell the unit in which it is shown, and the size of that in SI.
 pub(super) const SHOWN: [&str; 2] = ["shown_units", "shown_units_in_si"];
 
+/// Creates the coordinate variable of an axis, which is also a dimension (HDF5 dimension scale).
 fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
-    let dataset = file
-        .new_dataset_builder()
-        .with_data(&axis.values)
-        .obj_track_times(false)
-        .attr_creation_order(AttrCreationOrder::Indexed)
-        .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
-        .create(axis.name.as_str())?;
+    let builder = file.new_dataset_builder().with_data(&axis.values);
+    let dataset = builder.with_dcpl(in_order).create(axis.name.as_str())?;
     describe_scale(&dataset, &axis.name, &axis.long_name, &si_name(axis.unit), &axis.values)?;
     let Some(Shown { unit, size }) = &axis.shown else { return Ok(()) };
     value::write(&dataset, SHOWN[0], &unit.as_str().into())?;
@@ -226,12 +216,7 @@ fn create_variable(
     let codes = variable.codes().is_some();
     let builder = file.new_dataset_builder();
     let builder = if codes { builder.empty::<i8>() } else { builder.empty::<f64>() };
-    let mut builder = builder
-        .shape(schema.shape(variable))
-        .chunk(schema.chunk(variable))
-        .obj_track_times(false)
-        .attr_creation_order(AttrCreationOrder::Indexed)
-        .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense);
+    let mut builder = builder.shape(schema.shape(variable)).chunk(schema.chunk(variable)).with_dcpl(in_order);
     builder = if codes { builder.fill_value(variable.fill_code()) } else { builder.fill_value(f64::NAN) };
     if compression > 0 {
         if !codes {
