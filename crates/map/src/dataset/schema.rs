@@ -179,7 +179,7 @@ impl Schema {
 
     /// Number of consecutive tiles along the damping axis. A variable without that axis takes its cells from
     /// the first of these tiles.
-    pub(crate) fn tiles_per_column(&self) -> usize {
+    fn tiles_per_column(&self) -> usize {
         match self.tile_shape.last() {
             Some(&tile) => self.grid.dampings().len().div_ceil(tile),
             None => 1,
@@ -210,7 +210,7 @@ impl Schema {
     /// The variables of which the tile fills a chunk, with their positions.
     pub fn filled_by(&self, tile: usize) -> impl Iterator<Item = (usize, &Variable)> {
         let all = self.variables.iter().enumerate();
-        all.filter(move |(_, variable)| self.chunk_number(variable, tile).is_some())
+        all.filter(move |(_, variable)| self.fills(variable, tile))
     }
 
     /// Index of the first cell of the chunk of a variable that a tile fills.
@@ -219,14 +219,18 @@ impl Schema {
         ranges[..variable.rank(ranges.len())].iter().map(|range| range.start).collect()
     }
 
-    /// The number of the chunk of a variable that a tile fills; `None` if it fills none.
-    #[must_use]
-    pub fn chunk_number(&self, variable: &Variable, tile: usize) -> Option<usize> {
-        let per_column = self.tiles_per_column();
-        match variable.is_of_columns() {
-            true => tile.is_multiple_of(per_column).then_some(tile / per_column),
-            false => Some(tile),
-        }
+    /// Whether a tile fills a chunk of a variable.
+    pub fn fills(&self, variable: &Variable, tile: usize) -> bool {
+        !variable.is_of_columns() || tile.is_multiple_of(self.tiles_per_column())
+    }
+
+    /// Size of the cells in bytes before compression.
+    pub(crate) fn bytes(&self) -> u128 {
+        let of = |variable: &Variable| {
+            let cells: u128 = self.shape(variable).into_iter().map(|length| length as u128).product();
+            if variable.codes().is_some() { cells } else { 8 * cells }
+        };
+        self.variables.iter().map(of).sum()
     }
 }
 
