@@ -202,7 +202,8 @@ impl Reader {
         self.file.seek(SeekFrom::Start(self.next))?;
         self.file.read_exact(head.as_flattened_mut())?;
         let [magic, length, tile] = head;
-        let frame = Frame { tile: u64::from_le_bytes(tile), at: self.next, length: u64::from_le_bytes(length) };
+        let frame =
+            Frame { tile: u64::from_le_bytes(tile), at: self.next, length: u64::from_le_bytes(length) };
         if magic != MAGIC || frame.length > LONGEST.min(rest - HEAD as u64) {
             return Ok(None);
         }
