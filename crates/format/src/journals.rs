@@ -6,7 +6,7 @@
 //! - `NAME.part-map.LETTERS`, the map itself while it is made of the journals. HDF5 guarantees nothing for a file
 //!   whose process died while it wrote to the file, so it is made anew each time.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
 use std::num::NonZeroU32;
@@ -20,7 +20,7 @@ use slipmap_map::map::{Account, Plan, Shard};
 
 use super::codec::{from_bytes, to_bytes};
 use super::error::StoreError;
-use super::identity::{check_finished, difference, get};
+use super::identity::{check_finished, difference};
 use super::journal::{Frame, HEADER, Reader, is_journal, journals, named_as_journals};
 use super::pack::PackedTile;
 use super::seal::{UNFINISHED, beside};
@@ -137,7 +137,7 @@ impl Journals {
         let mut buffer = Vec::new();
         let Some(frame) = reader.next().map_err(failed)? else { return Ok(()) };
         let header = reader.contents(frame, &mut buffer).map_err(failed)?;
-        let header: Option<Vec<(String, Value)>> =
+        let header: Option<BTreeMap<String, Value>> =
             header.filter(|_| frame.tile == HEADER).and_then(from_bytes);
         let Some(header) = header else {
             self.lost += reader.length;
@@ -146,10 +146,10 @@ impl Journals {
         if let Some(difference) = difference(&header, &self.opening) {
             return Err(StoreError::Changed { path: path.to_path_buf(), difference });
         }
-        if get(&header, REPLACES) == Some(&1.into()) {
+        if header.get(REPLACES) == Some(&1.into()) {
             self.existing = Existing::Replace;
         }
-        if let Some(Value::Integers(shards)) = get(&header, SHARDS) {
+        if let Some(Value::Integers(shards)) = header.get(SHARDS) {
             let shards = shards.iter().filter_map(|&shards| usize::try_from(shards).ok());
             self.shards = shards.filter(|&shards| shards > 0).chain(self.shards).max();
         }
@@ -174,7 +174,7 @@ impl Journals {
         }
         self.lost += reader.rest();
         self.seconds += seconds;
-        if let (true, Some(Value::Text(line))) = (used, get(&header, "history")) {
+        if let (true, Some(Value::Text(line))) = (used, header.get("history")) {
             self.history.push(line.clone());
         }
         Ok(())
