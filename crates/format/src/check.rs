@@ -6,7 +6,7 @@ use std::path::Path;
 
 use hdf5::{Dataset, ObjectReference1};
 
-use slipmap_map::dataset::auxiliary::{self, axes_of};
+use slipmap_map::dataset::auxiliary::{self, rank_of};
 use slipmap_map::dataset::{Fingerprint, Value, Variable, attributes, fingerprint, hex, si_name};
 
 use super::curves;
@@ -209,13 +209,12 @@ fn beside(map: &MapFile) -> impl Iterator<Item = &'static str> {
 /// Checks an auxiliary variable.
 fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> Result<(), Unfit> {
     let dataset = map.file.dataset(name)?;
-    let axes = axes_of(name, map.grid());
-    let shape: Vec<usize> = axes.iter().map(|&axis| map.grid().shape()[axis]).collect();
-    layout::auxiliary(&dataset, name, &shape)?;
+    let rank = rank_of(name, map.grid());
+    layout::auxiliary(&dataset, name, &map.grid().shape()[..rank])?;
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&dataset.read_raw::<f64>()?));
     expect(&dataset, name, "sha256", &digest, report);
-    if ties && !shape.is_empty() {
-        check_ties(name, shape.len(), &dataset, report);
+    if ties && rank > 0 {
+        check_ties(name, rank, &dataset, report);
     }
     Ok(())
 }
@@ -296,11 +295,11 @@ fn check_ties(name: &str, rank: usize, dataset: &Dataset, report: &mut CheckRepo
 /// Checks that a dimension lists exactly the variables that have it.
 fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut CheckReport) -> hdf5::Result<()> {
     let mut expected = Vec::new();
-    let all = map.schema.positions(beside(map));
-    for (name, axes) in all.iter().filter(|(name, _)| map.file.link_exists(name)) {
-        let Some(dimension) = axes.iter().position(|axis| *axis == position) else { continue };
+    let dimension = i32::try_from(position).unwrap_or(i32::MAX);
+    let all = map.schema.ranks(beside(map)).filter(|(_, rank)| position < *rank);
+    for (name, _) in all.filter(|(name, _)| map.file.link_exists(name)) {
         let reference: ObjectReference1 = map.file.reference(name)?;
-        expected.push((sys::address(reference), i32::try_from(dimension).unwrap_or(i32::MAX)));
+        expected.push((sys::address(reference), dimension));
     }
     let mut found: Vec<_> = scale
         .attr("REFERENCE_LIST")

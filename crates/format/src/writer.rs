@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, ObjectReference1};
 use sha2::{Digest, Sha256};
 use tempfile::TempPath;
@@ -17,7 +16,7 @@ use super::create::{create_file, in_order};
 use super::curves;
 use super::error::StoreError;
 use super::pack::PackedTile;
-use super::records::describe_scale;
+use super::records::{describe_scale, name_dimensions};
 use super::seal;
 use super::sys::{self, ScaleUse};
 use super::value;
@@ -132,38 +131,26 @@ impl MapWriter {
 
 /// Creates the dimensions, and the variables with the lists of their dimensions.
 fn create_datasets(file: &File, schema: &Schema, compression: u8) -> hdf5::Result<Vec<Dataset>> {
-    let axes = schema.grid.axes();
-    for axis in axes {
+    let names = schema.dimensions();
+    for axis in schema.grid.axes() {
         create_scale(file, axis)?;
     }
     let create = |variable: &Variable| {
         let dataset = create_variable(file, schema, variable, compression)?;
-        name_dimensions(file, &dataset, &axes[..variable.rank(axes.len())])?;
+        name_dimensions(file, &dataset, names.iter().copied().take(variable.rank(names.len())))?;
         Ok(dataset)
     };
     schema.variables.iter().map(create).collect()
-}
-
-/// Writes the list of the dimensions of a dataset.
-fn name_dimensions<'a>(
-    file: &File,
-    dataset: &Dataset,
-    axes: impl IntoIterator<Item = &'a Axis>,
-) -> hdf5::Result<()> {
-    let reference = |axis: &Axis| Ok(VarLenArray::from_slice(&[file.reference(&axis.name)?]));
-    let list: Vec<VarLenArray<ObjectReference1>> =
-        axes.into_iter().map(reference).collect::<hdf5::Result<_>>()?;
-    dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST").map(drop)
 }
 
 /// Writes, for each dimension, the list of the datasets that have it.
 fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     let axes = schema.grid.axes();
     let mut uses: Vec<Vec<ScaleUse>> = vec![Vec::new(); axes.len()];
-    for (name, positions) in schema.positions(auxiliary.iter().map(|variable| variable.name)) {
+    for (name, rank) in schema.ranks(auxiliary.iter().map(|variable| variable.name)) {
         let dataset: ObjectReference1 = file.reference(name)?;
-        for (dimension, position) in (0..).zip(positions) {
-            uses[position].push(ScaleUse { dataset, dimension });
+        for (dimension, uses) in (0..).zip(&mut uses[..rank]) {
+            uses.push(ScaleUse { dataset, dimension });
         }
     }
     for (axis, uses) in axes.iter().zip(&uses) {
@@ -174,17 +161,12 @@ fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Res
 
 fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     for Auxiliary { name, values, attributes } in auxiliary {
-        let positions = auxiliary::axes_of(name, &schema.grid);
-        let axes = || positions.iter().map(|position| &schema.grid.axes()[*position]);
-        let shape: Vec<usize> = axes().map(|axis| axis.values.len()).collect();
-        let builder = file.new_dataset_builder().empty::<f64>();
-        let builder = if shape.is_empty() { builder.shape(()) } else { builder.shape(shape) };
+        let rank = auxiliary::rank_of(name, &schema.grid);
+        let builder = file.new_dataset_builder().empty::<f64>().shape(&schema.grid.shape()[..rank]);
         let dataset = builder.with_dcpl(in_order).create(*name)?;
-        if positions.is_empty() {
-            values.iter().try_for_each(|value| dataset.write_scalar(value))?;
-        } else {
-            dataset.write_raw(values)?;
-            name_dimensions(file, &dataset, axes())?;
+        dataset.write_raw(values)?;
+        if rank > 0 {
+            name_dimensions(file, &dataset, schema.dimensions().into_iter().take(rank))?;
         }
         for (name, value) in attributes {
             value::write(&dataset, name, value)?;

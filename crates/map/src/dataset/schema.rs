@@ -6,7 +6,7 @@ use crate::map::{Axis, Field, Grid, Method, Plan, Quantity, Regime, Runs, TileDa
 use slipmap_model::friction::Law;
 
 use super::Value;
-use super::auxiliary::{self, axes_of};
+use super::auxiliary::{self, rank_of};
 
 /// Version of the layout of map files, the only one that is read. Version 2 added curves of codimension one,
 /// version 3 the errors of critical dampings, version 4 the axes of machines.
@@ -165,11 +165,14 @@ impl Schema {
         self.grid.axes().iter().map(|axis| axis.name.as_str()).collect()
     }
 
-    /// The variables over the grid and the given auxiliary ones, each with the positions of its axes.
-    pub fn positions(&self, auxiliary: impl Iterator<Item = &'static str>) -> Vec<(&str, Vec<usize>)> {
+    /// The variables over the grid and the given auxiliary ones, each with the number of its axes, the first of the grid.
+    pub fn ranks(
+        &self,
+        auxiliary: impl Iterator<Item = &'static str>,
+    ) -> impl Iterator<Item = (&str, usize)> {
         let axes = self.grid.axes().len();
-        let own = self.variables.iter().map(|v| (v.name.as_str(), (0..v.rank(axes)).collect()));
-        own.chain(auxiliary.map(|name| (name, axes_of(name, &self.grid)))).collect()
+        let own = self.variables.iter().map(move |v| (v.name.as_str(), v.rank(axes)));
+        own.chain(auxiliary.map(|name| (name, rank_of(name, &self.grid))))
     }
 
     /// Number of tiles.
