@@ -49,16 +49,10 @@ fn main() {
     std::fs::write(&path, text).expect("the folder of the package can be written");
 }
 
-/// The structs of a file, also those within a macro.
-fn structs(source: &str) -> Vec<ItemStruct> {
+/// The structs of a file.
+fn structs(source: &str) -> impl Iterator<Item = ItemStruct> {
     let file = syn::parse_file(source).expect("the compiler accepts the file");
-    let items = file.items.into_iter().flat_map(|item| match item {
-        Item::Macro(of) => {
-            syn::parse2::<syn::File>(of.mac.tokens).map_or_else(|_| Vec::new(), |file| file.items)
-        }
-        item => vec![item],
-    });
-    items.filter_map(|item| if let Item::Struct(item) = item { Some(item) } else { None }).collect()
+    file.items.into_iter().filter_map(|item| if let Item::Struct(item) = item { Some(item) } else { None })
 }
 
 fn class_of(item: &ItemStruct, class: &str, names: &[(&str, &str)]) -> String {

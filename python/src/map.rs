@@ -156,10 +156,7 @@ impl Map {
         let grid = &self.schema.grid;
         let one = |of: &Auxiliary| {
             let attributes = of.attributes.iter().map(|(name, value)| (*name, value));
-            let shape: Vec<usize> = auxiliary::axes_of(of.name, grid)
-                .into_iter()
-                .map(|axis| grid.axes()[axis].values.len())
-                .collect();
+            let shape = grid.shape()[..auxiliary::rank_of(of.name, grid)].to_vec();
             let values = PyArray1::from_slice(py, &of.values).reshape(shape)?.into_any();
             Ok((of.name, attribute_dict(py, attributes)?, values))
         };

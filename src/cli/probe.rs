@@ -437,7 +437,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         let which = if cycles.is_empty() { "crossing cycles" } else { "other crossing cycles" };
         line(which, format!("not determined: {}", answer.why_unknown(why)));
     }
-    match answer.landing() {
+    match answer.flow.landing() {
         None => line(
             "landing",
             match answer.flow.fate {

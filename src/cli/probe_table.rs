@@ -259,7 +259,7 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
     }
     row.push_field(answer.regime.name().as_bytes());
     let described = Description {
-        landing: answer.landing(),
+        landing: answer.flow.landing(),
         slip_cycles: slip_cycle_count(&answer.oscillator, &answer.flow),
         cycle: answer.cycle,
         boundary: answer.basin,

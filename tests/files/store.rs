@@ -292,9 +292,9 @@ fn slices_drop_the_axes_that_are_held() {
 
     let outside =
         map.code_slice("regime", &[Node(2), Every(1), Every(1), Every(1), Every(1), Every(1)]).unwrap_err();
-    assert!(matches!(outside, StoreError::OutOfRange { .. }), "{outside}");
+    assert!(outside.to_string().contains("Index 2 out of bounds for axis 0"), "{outside}");
     let short = map.codes("regime", &[0..1, 0..1]).unwrap_err();
-    assert!(matches!(short, StoreError::OutOfRange { .. }), "{short}");
+    assert!(short.to_string().starts_with("cannot read regime in "), "{short}");
     let unknown = map.codes("verdict_of_the_jury", &[]).unwrap_err();
     assert!(unknown.to_string().contains("it has verdict_"), "{unknown}");
 }

@@ -4,10 +4,9 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-use hdf5::types::{FloatSize, TypeDescriptor};
 use hdf5::{Dataset, ObjectReference1};
 
-use slipmap_map::dataset::auxiliary::{self, axes_of};
+use slipmap_map::dataset::auxiliary::{self, rank_of};
 use slipmap_map::dataset::{Fingerprint, Value, Variable, attributes, fingerprint, hex, si_name};
 
 use super::curves;
@@ -143,20 +142,23 @@ fn check_contents(map: &MapFile, ties: bool, on_chunk: Option<&dyn Fn(usize)>, r
     let chunks = schema.variables.iter().map(|variable| schema.chunks(variable)).sum();
     for variable in &schema.variables {
         report.variables += 1;
-        match map.file.dataset(&variable.name) {
-            Ok(dataset) => {
-                if let Err(error) = check_layout(map, variable, &dataset, report) {
-                    report.note(Some(&variable.name), None, format!("unreadable: {error}"));
-                }
-                if ties {
-                    let rank = variable.rank(schema.dimensions().len());
-                    check_ties(&variable.name, rank, &dataset, report);
-                }
-                if let Some(on_chunk) = on_chunk {
-                    check_cells(map, variable, &dataset, &|| on_chunk(chunks), report);
-                }
+        let dataset = match map.file.dataset(&variable.name) {
+            Ok(dataset) => dataset,
+            Err(error) => {
+                report.note(Some(&variable.name), None, format!("missing: {error}"));
+                continue;
             }
-            Err(error) => report.note(Some(&variable.name), None, format!("missing: {error}")),
+        };
+        if let Err(unfit) = check_layout(map, variable, &dataset, report) {
+            report.note(Some(&variable.name), None, unfit.to_string());
+            continue;
+        }
+        if ties {
+            let rank = variable.rank(schema.dimensions().len());
+            check_ties(&variable.name, rank, &dataset, report);
+        }
+        if let Some(on_chunk) = on_chunk {
+            check_cells(map, variable, &dataset, &|| on_chunk(chunks), report);
         }
     }
 }
@@ -207,13 +209,12 @@ fn beside(map: &MapFile) -> impl Iterator<Item = &'static str> {
 /// Checks an auxiliary variable.
 fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> Result<(), Unfit> {
     let dataset = map.file.dataset(name)?;
-    let axes = axes_of(name, map.grid());
-    let shape: Vec<usize> = axes.iter().map(|&axis| map.grid().shape()[axis]).collect();
-    layout::auxiliary(&dataset, name, &shape)?;
+    let rank = rank_of(name, map.grid());
+    layout::auxiliary(&dataset, name, &map.grid().shape()[..rank])?;
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&dataset.read_raw::<f64>()?));
     expect(&dataset, name, "sha256", &digest, report);
-    if ties && !shape.is_empty() {
-        check_ties(name, shape.len(), &dataset, report);
+    if ties && rank > 0 {
+        check_ties(name, rank, &dataset, report);
     }
     Ok(())
 }
@@ -251,10 +252,6 @@ fn expect(dataset: &Dataset, variable: &str, name: &str, expected: &Value, repor
 fn check_axis(map: &MapFile, position: usize, ties: bool, report: &mut CheckReport) -> hdf5::Result<()> {
     let axis = &map.grid().axes()[position];
     let dataset = map.file.dataset(&axis.name)?;
-    let name = Some(axis.name.as_str());
-    if !matches!(layout::kind(&dataset)?, TypeDescriptor::Float(FloatSize::U8)) {
-        report.note(name, None, "does not hold 64-bit floating-point numbers");
-    }
     expect(&dataset, &axis.name, "CLASS", &"DIMENSION_SCALE".into(), report);
     expect(&dataset, &axis.name, "NAME", &axis.name.as_str().into(), report);
     expect(&dataset, &axis.name, "units", &si_name(axis.unit).into(), report);
@@ -263,24 +260,16 @@ fn check_axis(map: &MapFile, position: usize, ties: bool, report: &mut CheckRepo
     if ties { check_uses(map, position, &dataset, report) } else { Ok(()) }
 }
 
-/// Checks a variable's type, shape, dimensions and attributes.
+/// Checks a variable's type and shape, without which nothing of it can be read, its chunks and its attributes.
 fn check_layout(
     map: &MapFile,
     variable: &Variable,
     dataset: &Dataset,
     report: &mut CheckReport,
-) -> hdf5::Result<()> {
+) -> Result<(), Unfit> {
     let schema = &map.schema;
     let name = Some(variable.name.as_str());
-    let stored = layout::kind(dataset)?;
-    let expected = layout::kind_of(variable);
-    if stored != expected {
-        report.note(name, None, format!("holds {stored} instead of {expected}"));
-    }
-    if dataset.shape() != schema.shape(variable) {
-        let (stored, expected) = (dataset.shape(), schema.shape(variable));
-        report.note(name, None, format!("has the shape {stored:?} instead of {expected:?}"));
-    }
+    layout::variable(dataset, schema, variable)?;
     let chunk = schema.chunk(variable);
     if dataset.chunk().as_ref() != Some(&chunk) {
         report.note(name, None, format!("has chunks of shape {:?} instead of {chunk:?}", dataset.chunk()));
@@ -306,11 +295,11 @@ fn check_ties(name: &str, rank: usize, dataset: &Dataset, report: &mut CheckRepo
 /// Checks that a dimension lists exactly the variables that have it.
 fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut CheckReport) -> hdf5::Result<()> {
     let mut expected = Vec::new();
-    let all = map.schema.positions(beside(map));
-    for (name, axes) in all.iter().filter(|(name, _)| map.file.link_exists(name)) {
-        let Some(dimension) = axes.iter().position(|axis| *axis == position) else { continue };
+    let dimension = i32::try_from(position).unwrap_or(i32::MAX);
+    let all = map.schema.ranks(beside(map)).filter(|(_, rank)| position < *rank);
+    for (name, _) in all.filter(|(name, _)| map.file.link_exists(name)) {
         let reference: ObjectReference1 = map.file.reference(name)?;
-        expected.push((sys::address(reference), i32::try_from(dimension).unwrap_or(i32::MAX)));
+        expected.push((sys::address(reference), dimension));
     }
     let mut found: Vec<_> = scale
         .attr("REFERENCE_LIST")
@@ -338,11 +327,6 @@ fn check_cells(
 ) {
     let schema = &map.schema;
     let name = Some(variable.name.as_str());
-    match layout::variable(dataset, schema, variable) {
-        Ok(()) => {}
-        Err(Unfit::Foreign(why)) => return report.note(name, None, format!("is not read: {why}")),
-        Err(unfit) => return report.note(name, None, unfit.to_string()),
-    }
     let written = dataset.num_chunks().unwrap_or(0);
     if written != schema.chunks(variable) {
         report.note(name, None, format!("{written} of {} chunks are in the file", schema.chunks(variable)));
@@ -350,7 +334,7 @@ fn check_cells(
     let codes = variable.codes().unwrap_or_default();
     let (mut chunks, mut sums, mut is_complete) = (Vec::new(), vec![0; codes.len()], true);
     for tile in map.tiles() {
-        if schema.chunk_number(variable, tile.number).is_none() {
+        if !schema.fills(variable, tile.number) {
             continue;
         }
         let ranges = &tile.ranges[..variable.rank(tile.ranges.len())];

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hdf5::file::{FileCloseDegree, LibraryVersion};
+use hdf5::plist::DatasetCreateBuilder;
 use hdf5::plist::file_create::{AttrCreationOrder, AttrPhaseChange, LinkCreationOrder};
 use hdf5::{File, Group};
 
@@ -41,5 +42,12 @@ pub(super) fn group_of_tables(file: &File, name: &str) -> hdf5::Result<Group> {
         .create(name)
 }
 
+/// For datasets whose attributes NetCDF lists in the order of creation.
+pub(super) fn in_order(creation: &mut DatasetCreateBuilder) -> &mut DatasetCreateBuilder {
+    creation
+        .attr_creation_order(AttrCreationOrder::Indexed)
+        .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
+}
+
 /// Stores attributes in the header of their object, not in a separate heap: the simplest form for readers.
-pub(super) const ATTRIBUTES_IN_HEADER: AttrPhaseChange = AttrPhaseChange { max_compact: 1024, min_dense: 0 };
+const ATTRIBUTES_IN_HEADER: AttrPhaseChange = AttrPhaseChange { max_compact: 1024, min_dense: 0 };

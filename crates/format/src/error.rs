@@ -118,18 +118,6 @@ pub enum StoreError {
         /// The variables of the map.
         available: String,
     },
-    /// A selection lies outside a variable, or has the wrong number of axes.
-    #[error("{path}: the selection {selection} does not fit {name}, whose shape is {shape}")]
-    OutOfRange {
-        /// The map.
-        path: PathBuf,
-        /// The variable.
-        name: String,
-        /// The requested selection.
-        selection: String,
-        /// The shape of the variable.
-        shape: String,
-    },
     /// Tiles are missing.
     #[error(
         "{path} would be incomplete: {missing} of {tiles} tiles are missing, the first of them number {first}"
@@ -186,6 +174,11 @@ impl StoreError {
             "the file is cut short".into()
         } else if let Some(cause) = messages.iter().find_map(|message| system_error(message)) {
             return Self::io(doing, path, cause);
+        } else if let hdf5::Error::Internal(reason) = error
+            && !reason.contains("errorstack")
+        {
+            // Found without the library, such as a selection beyond the variable.
+            reason.clone()
         } else {
             match (messages.first(), messages.last()) {
                 (Some(outer), Some(inner)) if messages.len() > 1 => format!("{outer} ({inner})"),

@@ -1,5 +1,6 @@
 //! Compares the plan of an unfinished or finished run with a new one, to decide whether it may be resumed.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use imara_diff::{Algorithm, Diff, InternedInput};
@@ -36,26 +37,21 @@ pub(super) fn check_finished(path: &Path, opening: &[(String, Value)]) -> Result
         }
         other => other,
     })?;
-    let then: Vec<(String, Value)> =
-        map.attributes().iter().map(|(name, value)| (name.clone(), value.clone())).collect();
-    match difference(&then, opening) {
+    match difference(map.attributes(), opening) {
         None => Ok(()),
         Some(difference) => Err(StoreError::Changed { path: path.to_path_buf(), difference }),
     }
 }
 
-pub(super) fn get<'a>(attributes: &'a [(String, Value)], name: &str) -> Option<&'a Value> {
-    attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value)
-}
-
 /// Differences of two plans, line by line; `None` if their fingerprints are equal.
-pub(super) fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> Option<String> {
-    if get(then, PLAN) == get(now, PLAN) {
+pub(super) fn difference(then: &BTreeMap<String, Value>, now: &[(String, Value)]) -> Option<String> {
+    let of_now = |name| now.iter().find(|(known, _)| known == name).map(|(_, value)| value);
+    if then.get(PLAN) == of_now(PLAN) {
         return None;
     }
     let mut lines = Vec::new();
     for name in SHOWN.into_iter().chain([PLAN]) {
-        let (Some(old), Some(new)) = (get(then, name), get(now, name)) else { continue };
+        let (Some(old), Some(new)) = (then.get(name), of_now(name)) else { continue };
         if old == new || (name == PLAN && !lines.is_empty()) {
             continue;
         }

@@ -33,6 +33,9 @@ pub(super) const HEADER: u64 = u64::MAX;
 const HEAD: usize = 56;
 const BEFORE_DIGEST: usize = 24;
 
+/// Longest contents of a frame in bytes. Longer ones are damaged lengths; a tile has far less.
+const LONGEST: u64 = u32::MAX as u64;
+
 /// What the names of journals have after that of the output, before random letters.
 const NAME: &str = ".part.";
 
@@ -179,15 +182,14 @@ pub(super) struct Reader {
     /// Length of the file when it was opened; it may grow.
     pub(super) length: u64,
     next: u64,
-    longest: u64,
 }
 
 impl Reader {
-    /// Opens a journal whose frames have contents of at most `longest` bytes.
-    pub(super) fn open(path: &Path, longest: u64) -> io::Result<Self> {
+    /// Opens a journal.
+    pub(super) fn open(path: &Path) -> io::Result<Self> {
         let file = File::open(path)?;
         let length = file.metadata()?.len();
-        Ok(Self { file, length, next: 0, longest })
+        Ok(Self { file, length, next: 0 })
     }
 
     /// The next frame, by its first bytes alone; `None` where no frame begins or a frame is cut short.
@@ -196,11 +198,13 @@ impl Reader {
         if rest < HEAD as u64 {
             return Ok(None);
         }
-        let mut head = [0; BEFORE_DIGEST];
+        let mut head = [[0; 8]; BEFORE_DIGEST / 8];
         self.file.seek(SeekFrom::Start(self.next))?;
-        self.file.read_exact(&mut head)?;
-        let frame = Frame { tile: number(&head[16..]), at: self.next, length: number(&head[8..16]) };
-        if head[..8] != MAGIC || frame.length > self.longest.min(rest - HEAD as u64) {
+        self.file.read_exact(head.as_flattened_mut())?;
+        let [magic, length, tile] = head;
+        let frame =
+            Frame { tile: u64::from_le_bytes(tile), at: self.next, length: u64::from_le_bytes(length) };
+        if magic != MAGIC || frame.length > LONGEST.min(rest - HEAD as u64) {
             return Ok(None);
         }
         self.next += frame.bytes();
@@ -227,11 +231,6 @@ impl Reader {
             _ => None,
         })
     }
-}
-
-/// The number whose bytes are the first eight, the lowest first.
-fn number(bytes: &[u8]) -> u64 {
-    bytes[..8].iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte))
 }
 
 #[cfg(test)]
@@ -270,7 +269,7 @@ mod tests {
 
     /// The whole tiles in a journal.
     fn read(path: &Path) -> Tiles {
-        let mut reader = Reader::open(path, 1 << 20).unwrap();
+        let mut reader = Reader::open(path).unwrap();
         let (mut found, mut buffer) = (Vec::new(), Vec::new());
         while let Some(frame) = reader.next().unwrap() {
             if let Some(contents) = reader.contents(frame, &mut buffer).unwrap() {

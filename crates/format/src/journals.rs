@@ -6,7 +6,7 @@
 //! - `NAME.part-map.LETTERS`, the map itself while it is made of the journals. HDF5 guarantees nothing for a file
 //!   whose process died while it wrote to the file, so it is made anew each time.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
 use std::num::NonZeroU32;
@@ -15,12 +15,12 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::files::{self, Existing, folder_of};
-use slipmap_map::dataset::{Outcome, Provenance, Schema, Value, attributes};
+use slipmap_map::dataset::{Outcome, Provenance, Value, attributes};
 use slipmap_map::map::{Account, Plan, Shard};
 
 use super::codec::{from_bytes, to_bytes};
 use super::error::StoreError;
-use super::identity::{check_finished, difference, get};
+use super::identity::{check_finished, difference};
 use super::journal::{Frame, HEADER, Reader, is_journal, journals, named_as_journals};
 use super::pack::PackedTile;
 use super::seal::{UNFINISHED, beside};
@@ -30,9 +30,6 @@ use super::writer::MapWriter;
 const REPLACES: &str = "replaces";
 /// Key in a journal's header of the number of shards that its run is one of; 0 if it is not a shard.
 const SHARDS: &str = "shards";
-
-/// Largest length of a header in bytes; a tile's frame may be longer.
-const LONGEST_HEADER: u64 = 1 << 26;
 
 /// Number of bytes of frames that are read at once.
 const WINDOW: u64 = 1 << 24;
@@ -73,7 +70,6 @@ pub struct Journals {
     pub(super) output: PathBuf,
     pub(super) plan: Plan,
     pub(super) opening: Vec<(String, Value)>,
-    longest: u64,
     files: Vec<PathBuf>,
     places: Vec<Option<FramePlace>>,
     pub(super) existing: Existing,
@@ -92,14 +88,12 @@ pub struct Journals {
 impl Journals {
     /// No journals.
     pub(super) fn none(output: &Path, plan: &Plan, provenance: &Provenance, existing: Existing) -> Self {
-        let schema = Schema::of(plan);
         Self {
             output: output.to_path_buf(),
             plan: plan.clone(),
             opening: attributes::opening(plan, provenance),
-            longest: longest(&schema),
             files: Vec::new(),
-            places: vec![None; schema.tiles()],
+            places: vec![None; plan.tile_count()],
             existing,
             history: Vec::new(),
             account: Account::none(plan),
@@ -139,11 +133,11 @@ impl Journals {
     /// Adds the tiles of a journal.
     fn add(&mut self, path: &Path, shard: Option<Shard>) -> Result<(), StoreError> {
         let failed = |source| StoreError::io("read", path, source);
-        let mut reader = Reader::open(path, self.longest).map_err(failed)?;
+        let mut reader = Reader::open(path).map_err(failed)?;
         let mut buffer = Vec::new();
         let Some(frame) = reader.next().map_err(failed)? else { return Ok(()) };
         let header = reader.contents(frame, &mut buffer).map_err(failed)?;
-        let header: Option<Vec<(String, Value)>> =
+        let header: Option<BTreeMap<String, Value>> =
             header.filter(|_| frame.tile == HEADER).and_then(from_bytes);
         let Some(header) = header else {
             self.lost += reader.length;
@@ -152,10 +146,10 @@ impl Journals {
         if let Some(difference) = difference(&header, &self.opening) {
             return Err(StoreError::Changed { path: path.to_path_buf(), difference });
         }
-        if get(&header, REPLACES) == Some(&1.into()) {
+        if header.get(REPLACES) == Some(&1.into()) {
             self.existing = Existing::Replace;
         }
-        if let Some(Value::Integers(shards)) = get(&header, SHARDS) {
+        if let Some(Value::Integers(shards)) = header.get(SHARDS) {
             let shards = shards.iter().filter_map(|&shards| usize::try_from(shards).ok());
             self.shards = shards.filter(|&shards| shards > 0).chain(self.shards).max();
         }
@@ -180,7 +174,7 @@ impl Journals {
         }
         self.lost += reader.rest();
         self.seconds += seconds;
-        if let (true, Some(Value::Text(line))) = (used, get(&header, "history")) {
+        if let (true, Some(Value::Text(line))) = (used, header.get("history")) {
             self.history.push(line.clone());
         }
         Ok(())
@@ -195,7 +189,7 @@ impl Journals {
     /// Notes the place of a tile in the last journal.
     fn place(&mut self, frame: Frame) {
         let journal = u32::try_from(self.files.len()).ok().and_then(NonZeroU32::new);
-        // A frame has at most `longest` bytes, and there are fewer files than numbers for them.
+        // Readers take no longer frame, and there are fewer files than numbers for them.
         if let (Some(journal), Ok(length)) = (journal, u32::try_from(frame.length)) {
             self.places[frame.tile as usize] = Some(FramePlace { journal, length, at: frame.at });
         }
@@ -305,7 +299,7 @@ impl Journals {
         for of_journal in wanted.chunk_by(|(_, one), (_, other)| one.journal == other.journal) {
             let path = &self.files[of_journal[0].1.journal.get() as usize - 1];
             let failed = |source| StoreError::io("read", path, source);
-            let mut reader = Reader::open(path, self.longest).map_err(failed)?;
+            let mut reader = Reader::open(path).map_err(failed)?;
             for &(tile, FramePlace { length, at, .. }) in of_journal {
                 let frame = Frame { tile: tile as u64, at, length: length.into() };
                 let contents = reader.contents(frame, &mut buffer).map_err(failed)?;
@@ -330,14 +324,6 @@ impl Journals {
     }
 }
 
-/// Length in bytes of the contents of the longest frame of a map of this layout.
-fn longest(schema: &Schema) -> u64 {
-    let chunk = |variable| schema.chunk(variable).iter().product::<usize>() as u64;
-    let plain: u64 = schema.variables.iter().map(|variable| 8 * chunk(variable) + 4096).sum();
-    // The fastest level of deflate writes up to nine bits for a byte.
-    LONGEST_HEADER.max(plain + plain / 4)
-}
-
 /// A journal of the map at `output` that holds a tile.
 ///
 /// # Errors
@@ -345,7 +331,7 @@ fn longest(schema: &Schema) -> u64 {
 pub fn any_tile(output: &Path) -> Result<Option<PathBuf>, StoreError> {
     for path in journals(output)? {
         let failed = |source| StoreError::io("read", &path, source);
-        let mut reader = Reader::open(&path, u64::MAX).map_err(failed)?;
+        let mut reader = Reader::open(&path).map_err(failed)?;
         let frames = [reader.next().map_err(failed)?, reader.next().map_err(failed)?];
         if frames.iter().flatten().any(|frame| frame.tile != HEADER) {
             return Ok(Some(path));

@@ -54,7 +54,7 @@ fn has_shape(dataset: &Dataset, name: &str, shape: &[usize]) -> Result<(), Unfit
 }
 
 /// Number type of a variable of the schema.
-pub(super) fn kind_of(variable: &Variable) -> TypeDescriptor {
+fn kind_of(variable: &Variable) -> TypeDescriptor {
     match variable.codes() {
         Some(_) => TypeDescriptor::Integer(IntSize::U1),
         None => TypeDescriptor::Float(FloatSize::U8),

@@ -280,18 +280,6 @@ mod tests {
         assert_eq!(plain.cells(&long.iter().copied().collect()), long);
     }
 
-    /// Journals take no frame for theirs that is longer by more than a quarter.
-    #[test]
-    fn no_level_lengthens_noise_by_more_than_an_eighth() {
-        let mut random = slipmap_numbers::random::Random(7);
-        let noise: Vec<u8> = (0..1 << 16).map(|_| random.bits() as u8).collect();
-        for level in 1..=9 {
-            let mut work = Work::new(level);
-            let length = stream(work.deflate.as_mut().unwrap(), &noise).len();
-            assert!(length < noise.len() + noise.len() / 8, "{level}: {length}");
-        }
-    }
-
     #[test]
     fn every_nan_is_the_same() {
         let odd = f64::from_bits(0xfff8_0000_0000_0001);

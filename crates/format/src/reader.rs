@@ -163,7 +163,7 @@ impl MapFile {
     /// Reads codes (verdicts, regimes) in a box of cells, one index range per dimension of the variable.
     ///
     /// # Errors
-    /// [`StoreError::NoVariable`] or [`StoreError::OutOfRange`]; otherwise the error of the library.
+    /// [`StoreError::NoVariable`]; otherwise the error of the library, as for a box beyond the variable.
     pub fn codes(&self, variable: &str, ranges: &[Range<usize>]) -> Result<ArrayD<i8>, StoreError> {
         self.read(variable, ranges)
     }
@@ -214,39 +214,17 @@ impl MapFile {
         variable: &str,
         ranges: &[Range<usize>],
     ) -> Result<ArrayD<T>, StoreError> {
-        let dataset = self.dataset(variable)?;
-        let shape = dataset.shape();
-        let fits = |(range, &len): (&Range<usize>, &usize)| range.start <= range.end && range.end <= len;
-        if ranges.len() != shape.len() || !ranges.iter().zip(&shape).all(fits) {
-            return Err(self.out_of_range(variable, format!("{ranges:?}"), &shape));
-        }
-        read_box(&dataset, ranges).map_err(|error| self.failed(variable, &error))
+        read_box(&self.dataset(variable)?, ranges).map_err(|error| self.failed(variable, &error))
     }
 
     fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
-        let dataset = self.dataset(variable)?;
-        let shape = dataset.shape();
-        let fits = |(pick, &len): (&Pick, &usize)| match *pick {
-            Pick::Node(index) => index < len,
-            Pick::Every(step) => step > 0,
+        let along = |pick: &Pick| match *pick {
+            Pick::Node(index) => SliceOrIndex::Index(index),
+            Pick::Every(step) => SliceOrIndex::Unlimited { start: 0, step, block: 1 },
         };
-        if at.len() != shape.len() || !at.iter().zip(&shape).all(fits) {
-            return Err(self.out_of_range(variable, format!("{at:?}"), &shape));
-        }
-        let selection: Vec<SliceOrIndex> = at
-            .iter()
-            .zip(&shape)
-            .map(|(pick, &end)| match *pick {
-                Pick::Node(index) => SliceOrIndex::Index(index),
-                Pick::Every(step) => SliceOrIndex::SliceTo { start: 0, step, end, block: 1 },
-            })
-            .collect();
-        dataset.read_slice(hdf5::Hyperslab::from(selection)).map_err(|error| self.failed(variable, &error))
-    }
-
-    fn out_of_range(&self, variable: &str, selection: String, shape: &[usize]) -> StoreError {
-        let (path, name) = (self.path.clone(), variable.into());
-        StoreError::OutOfRange { path, name, selection, shape: format!("{shape:?}") }
+        let selection: Vec<SliceOrIndex> = at.iter().map(along).collect();
+        let read = self.dataset(variable)?.read_slice(hdf5::Hyperslab::from(selection));
+        read.map_err(|error| self.failed(variable, &error))
     }
 
     /// Converts an error of the library while reading a variable.

@@ -5,6 +5,7 @@ use hdf5::{Dataset, Group, ObjectReference1};
 
 use slipmap_map::dataset::{Contents, Series, fingerprint};
 
+use super::create::in_order;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
 
@@ -21,12 +22,10 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
         let numbers: Vec<f64> = (1..=length).map(|number| number as f64).collect();
         let scale = create(group, dimension, &numbers)?;
         describe_scale(&scale, dimension, &format!("number of the {dimension}"), "1", &numbers)?;
-        let reference: ObjectReference1 = group.reference(dimension)?;
         let mut uses = Vec::with_capacity(along.len());
         for series in along {
             let dataset = write_series(group, series)?;
-            let list = [VarLenArray::from_slice(&[reference])];
-            dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST")?;
+            name_dimensions(group, &dataset, [dimension])?;
             uses.push(ScaleUse { dataset: group.reference(&series.name)?, dimension: 0 });
         }
         scale.new_attr_builder().with_data(&uses).create("REFERENCE_LIST")?;
@@ -34,8 +33,20 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
     Ok(())
 }
 
+/// Writes the list of the dimensions of a dataset.
+pub(super) fn name_dimensions<'a>(
+    place: &Group,
+    dataset: &Dataset,
+    dimensions: impl IntoIterator<Item = &'a str>,
+) -> hdf5::Result<()> {
+    let reference = |name| Ok(VarLenArray::from_slice(&[place.reference(name)?]));
+    let list: Vec<VarLenArray<ObjectReference1>> =
+        dimensions.into_iter().map(reference).collect::<hdf5::Result<_>>()?;
+    dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST").map(drop)
+}
+
 fn create<T: hdf5::H5Type>(group: &Group, name: &str, values: &[T]) -> hdf5::Result<Dataset> {
-    group.new_dataset_builder().with_data(values).obj_track_times(false).create(name)
+    group.new_dataset_builder().with_data(values).with_dcpl(in_order).create(name)
 }
 
 /// Makes a dataset a dimension (an HDF5 dimension scale) with these values.

@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use hdf5::plist::file_create::AttrCreationOrder;
-use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, ObjectReference1};
 use sha2::{Digest, Sha256};
 use tempfile::TempPath;
@@ -14,11 +12,11 @@ use slipmap_map::dataset::{
 };
 use slipmap_map::map::{Axis, Plan, Shown};
 
-use super::create::{ATTRIBUTES_IN_HEADER, create_file};
+use super::create::{create_file, in_order};
 use super::curves;
 use super::error::StoreError;
 use super::pack::PackedTile;
-use super::records::describe_scale;
+use super::records::{describe_scale, name_dimensions};
 use super::seal;
 use super::sys::{self, ScaleUse};
 use super::value;
@@ -133,38 +131,26 @@ impl MapWriter {
 
 /// Creates the dimensions, and the variables with the lists of their dimensions.
 fn create_datasets(file: &File, schema: &Schema, compression: u8) -> hdf5::Result<Vec<Dataset>> {
-    let axes = schema.grid.axes();
-    for axis in axes {
+    let names = schema.dimensions();
+    for axis in schema.grid.axes() {
         create_scale(file, axis)?;
     }
     let create = |variable: &Variable| {
         let dataset = create_variable(file, schema, variable, compression)?;
-        name_dimensions(file, &dataset, &axes[..variable.rank(axes.len())])?;
+        name_dimensions(file, &dataset, names.iter().copied().take(variable.rank(names.len())))?;
         Ok(dataset)
     };
     schema.variables.iter().map(create).collect()
-}
-
-/// Writes the list of the dimensions of a dataset.
-fn name_dimensions<'a>(
-    file: &File,
-    dataset: &Dataset,
-    axes: impl IntoIterator<Item = &'a Axis>,
-) -> hdf5::Result<()> {
-    let reference = |axis: &Axis| Ok(VarLenArray::from_slice(&[file.reference(&axis.name)?]));
-    let list: Vec<VarLenArray<ObjectReference1>> =
-        axes.into_iter().map(reference).collect::<hdf5::Result<_>>()?;
-    dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST").map(drop)
 }
 
 /// Writes, for each dimension, the list of the datasets that have it.
 fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     let axes = schema.grid.axes();
     let mut uses: Vec<Vec<ScaleUse>> = vec![Vec::new(); axes.len()];
-    for (name, positions) in schema.positions(auxiliary.iter().map(|variable| variable.name)) {
+    for (name, rank) in schema.ranks(auxiliary.iter().map(|variable| variable.name)) {
         let dataset: ObjectReference1 = file.reference(name)?;
-        for (dimension, position) in (0..).zip(positions) {
-            uses[position].push(ScaleUse { dataset, dimension });
+        for (dimension, uses) in (0..).zip(&mut uses[..rank]) {
+            uses.push(ScaleUse { dataset, dimension });
         }
     }
     for (axis, uses) in axes.iter().zip(&uses) {
@@ -175,21 +161,12 @@ fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Res
 
 fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     for Auxiliary { name, values, attributes } in auxiliary {
-        let positions = auxiliary::axes_of(name, &schema.grid);
-        let axes = || positions.iter().map(|position| &schema.grid.axes()[*position]);
-        let shape: Vec<usize> = axes().map(|axis| axis.values.len()).collect();
-        let builder = file.new_dataset_builder().empty::<f64>();
-        let builder = if shape.is_empty() { builder.shape(()) } else { builder.shape(shape) };
-        let dataset = builder
-            .obj_track_times(false)
-            .attr_creation_order(AttrCreationOrder::Indexed)
-            .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
-            .create(*name)?;
-        if positions.is_empty() {
-            values.iter().try_for_each(|value| dataset.write_scalar(value))?;
-        } else {
-            dataset.write_raw(values)?;
-            name_dimensions(file, &dataset, axes())?;
+        let rank = auxiliary::rank_of(name, &schema.grid);
+        let builder = file.new_dataset_builder().empty::<f64>().shape(&schema.grid.shape()[..rank]);
+        let dataset = builder.with_dcpl(in_order).create(*name)?;
+        dataset.write_raw(values)?;
+        if rank > 0 {
+            name_dimensions(file, &dataset, schema.dimensions().into_iter().take(rank))?;
         }
         for (name, value) in attributes {
             value::write(&dataset, name, value)?;
@@ -199,18 +176,13 @@ fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hd
     Ok(())
 }
 
-/// Creates the coordinate variable of an axis, which is also a dimension (HDF5 dimension scale).
 /// The attributes of an axis that tell the unit in which it is shown, and the size of that in SI.
 pub(super) const SHOWN: [&str; 2] = ["shown_units", "shown_units_in_si"];
 
+/// Creates the coordinate variable of an axis, which is also a dimension (HDF5 dimension scale).
 fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
-    let dataset = file
-        .new_dataset_builder()
-        .with_data(&axis.values)
-        .obj_track_times(false)
-        .attr_creation_order(AttrCreationOrder::Indexed)
-        .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
-        .create(axis.name.as_str())?;
+    let builder = file.new_dataset_builder().with_data(&axis.values);
+    let dataset = builder.with_dcpl(in_order).create(axis.name.as_str())?;
     describe_scale(&dataset, &axis.name, &axis.long_name, &si_name(axis.unit), &axis.values)?;
     let Some(Shown { unit, size }) = &axis.shown else { return Ok(()) };
     value::write(&dataset, SHOWN[0], &unit.as_str().into())?;
@@ -226,12 +198,7 @@ fn create_variable(
     let codes = variable.codes().is_some();
     let builder = file.new_dataset_builder();
     let builder = if codes { builder.empty::<i8>() } else { builder.empty::<f64>() };
-    let mut builder = builder
-        .shape(schema.shape(variable))
-        .chunk(schema.chunk(variable))
-        .obj_track_times(false)
-        .attr_creation_order(AttrCreationOrder::Indexed)
-        .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense);
+    let mut builder = builder.shape(schema.shape(variable)).chunk(schema.chunk(variable)).with_dcpl(in_order);
     builder = if codes { builder.fill_value(variable.fill_code()) } else { builder.fill_value(f64::NAN) };
     if compression > 0 {
         if !codes {

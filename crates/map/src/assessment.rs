@@ -8,7 +8,7 @@ use crate::behaviour::{self, Behaviour, is_positive};
 use crate::intervals::{self, Limit, TOLERANCE};
 pub use crate::intervals::{End, Intervals, Statement};
 use crate::machine::{Dimension, Friction, Machine, Model};
-use crate::map::{self, LongRun, Method, Regime};
+use crate::map::{self, LongRun, Method, Regime, Verdict};
 use crate::probe::of_test;
 use crate::risk::Uncertain;
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors, with_errors};
@@ -204,16 +204,9 @@ fn undetermined(
     beyond_data: Option<&String>,
 ) -> Undetermined {
     let mut reasons = Vec::new();
-    let sticks = match flow.fate {
-        Fate::Sticks(_) => Some(true),
-        Fate::SpiralsInward | Fate::CrossesForever => Some(false),
-        Fate::TooCloseToCall => None,
-        Fate::Failed(why) => {
-            reasons
-                .push(format!("stick-slip: {}", beyond_data.map_or_else(|| why.to_string(), Clone::clone)));
-            None
-        }
-    };
+    if let Fate::Failed(why) = flow.fate {
+        reasons.push(format!("stick-slip: {}", beyond_data.map_or_else(|| why.to_string(), Clone::clone)));
+    }
     if let Some(why) = attractors.slip_cycles_unknown(oscillator, flow).filter(|_| !none_proved(oscillator)) {
         reasons.push(format!("slip cycles: {}", why_unknown(why, beyond_data)));
     }
@@ -221,6 +214,7 @@ fn undetermined(
     if let Some(why) = crossing_cycles(oscillator, &far, TOLERANCE).unknown {
         reasons.push(format!("crossing cycles: {}", why_unknown(why, beyond_data)));
     }
+    let sticks = Verdict::from(&flow.fate).presence();
     Undetermined { sticks, stability: oscillator.stability(), reasons }
 }
 

@@ -119,10 +119,7 @@ pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Interval
     let root = critical_damping(&column, tolerance);
     let known = root.and_then(CriticalDamping::known);
     let critical = known.ok().filter(|root| is_positive(&column, root.c));
-    let times = match flow.fate {
-        Fate::Sticks(landing) => Some([landing.slip_time * units.time, landing.stick_time * units.time]),
-        Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => None,
-    };
+    let times = flow.landing().map(|landing| [landing.slip_time, landing.stick_time]);
     let speeds = of_stick_slip(law, point);
     let behaviour = Behaviour {
         natural_frequency: 1.0 / (std::f64::consts::TAU * units.time),
@@ -137,7 +134,7 @@ pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Interval
         },
         critical_damping_ratio: critical.map(|root| 0.5 * root.c),
         regime: regime(&oscillator, &flow),
-        slip_and_stick_time: times,
+        slip_and_stick_time: times.map(|times| times.map(|time| time * units.time)),
         growth_time: growth_time(&oscillator).map(|time| time * units.time),
         amplitude,
         needed_slip_speed: match flow.fate {

@@ -17,14 +17,14 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::map::{self, Regime};
+use crate::map::{self, Regime, Verdict};
 use slipmap_model::filippov::{Oscillator, Stability};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::named;
 use slipmap_numbers::roots::{Bracket, falling_root};
 use slipmap_simulate::backbone::Backbone;
-use slipmap_simulate::{Fate, Flow, exceeds, flow};
+use slipmap_simulate::{Flow, exceeds, flow};
 pub(crate) use tried::belt_speeds;
 use tried::last_within;
 
@@ -100,11 +100,7 @@ const STATEMENTS: usize = Statement::ALL.len();
 impl Statement {
     /// Whether it holds where the orbit from the exit point is `flow`; `None` if that is unknown.
     fn holds(self, oscillator: &Oscillator, flow: &Flow, regime: impl FnOnce() -> Regime) -> Option<bool> {
-        let sticks = match flow.fate {
-            Fate::Sticks(_) => Some(true),
-            Fate::SpiralsInward | Fate::CrossesForever => Some(false),
-            Fate::TooCloseToCall | Fate::Failed(_) => None,
-        };
+        let sticks = Verdict::from(&flow.fate).presence();
         let never = || sticks == Some(false) || oscillator.stability() == Stability::Attracts;
         match self {
             Statement::MayStick => return sticks,

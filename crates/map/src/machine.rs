@@ -348,7 +348,8 @@ impl Machine {
             Friction::Formula(formula, _) if formula.parameters().iter().any(|of| of.name == quantity) => {
                 quantity.to_owned()
             }
-            _ => self.words_of_own(quantity).replace("stribeck", "Stribeck"),
+            _ if quantity == NORMAL_FORCE && self.given.has_radius() => "normal force".into(),
+            _ => self.motion.words(quantity).replace("stribeck", "Stribeck"),
         }
     }
 
@@ -417,9 +418,11 @@ pub fn unit(quantity: &str, motion: Motion, law: &Law, at_radius: bool) -> &'sta
             (Some(Strengthening::Linear) | None, Motion::Translation) => "s/m",
             (Some(Strengthening::Linear) | None, Motion::Rotation) => "s/rad",
         },
-        _ => given::unit(quantity)
-            .or_else(|| Some(motion.unit(Dimension::of_quantity(quantity)?)))
-            .unwrap_or_default(),
+        FREQUENCY => "Hz",
+        PRESSURE => "Pa",
+        AREA => "m²",
+        RADIUS => "m",
+        _ => Dimension::of_quantity(quantity).map_or("", |dimension| motion.unit(dimension)),
     }
 }
 

@@ -60,6 +60,14 @@ pub struct Flow {
 }
 
 impl Flow {
+    /// Place and times of sticking, if the orbit sticks.
+    pub fn landing(&self) -> Option<Landing> {
+        match self.fate {
+            Fate::Sticks(landing) => Some(landing),
+            _ => None,
+        }
+    }
+
     /// The grazing margin, or a number with its sign where only that is known, at most 1 in size: 0 if it is
     /// too close to call. `None` if the integration failed.
     pub fn signed_margin(&self) -> Option<f64> {

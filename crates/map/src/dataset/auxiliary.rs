@@ -26,10 +26,9 @@ pub fn names(grid: &Grid) -> Vec<&'static str> {
     fixed.chain(grid.machine().map(|_| PROBABILITY)).collect()
 }
 
-/// Positions of the axes of such a variable.
-pub fn axes_of(name: &str, grid: &Grid) -> Vec<usize> {
-    let count = if name == PROBABILITY { grid.axes().len() } else { 0 };
-    (0..count).collect()
+/// Number of the axes of such a variable: all, or none.
+pub fn rank_of(name: &str, grid: &Grid) -> usize {
+    if name == PROBABILITY { grid.axes().len() } else { 0 }
 }
 
 /// The variable with the probability that a machine may stick-slip, row-major along all axes, from a number of

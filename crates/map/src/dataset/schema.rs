@@ -6,7 +6,7 @@ use crate::map::{Axis, Field, Grid, Method, Plan, Quantity, Regime, Runs, TileDa
 use slipmap_model::friction::Law;
 
 use super::Value;
-use super::auxiliary::{self, axes_of};
+use super::auxiliary::{self, rank_of};
 
 /// Version of the layout of map files, the only one that is read. Version 2 added curves of codimension one,
 /// version 3 the errors of critical dampings, version 4 the axes of machines.
@@ -165,11 +165,14 @@ impl Schema {
         self.grid.axes().iter().map(|axis| axis.name.as_str()).collect()
     }
 
-    /// The variables over the grid and the given auxiliary ones, each with the positions of its axes.
-    pub fn positions(&self, auxiliary: impl Iterator<Item = &'static str>) -> Vec<(&str, Vec<usize>)> {
+    /// The variables over the grid and the given auxiliary ones, each with the number of its axes, the first of the grid.
+    pub fn ranks(
+        &self,
+        auxiliary: impl Iterator<Item = &'static str>,
+    ) -> impl Iterator<Item = (&str, usize)> {
         let axes = self.grid.axes().len();
-        let own = self.variables.iter().map(|v| (v.name.as_str(), (0..v.rank(axes)).collect()));
-        own.chain(auxiliary.map(|name| (name, axes_of(name, &self.grid)))).collect()
+        let own = self.variables.iter().map(move |v| (v.name.as_str(), v.rank(axes)));
+        own.chain(auxiliary.map(|name| (name, rank_of(name, &self.grid))))
     }
 
     /// Number of tiles.
@@ -179,7 +182,7 @@ impl Schema {
 
     /// Number of consecutive tiles along the damping axis. A variable without that axis takes its cells from
     /// the first of these tiles.
-    pub(crate) fn tiles_per_column(&self) -> usize {
+    fn tiles_per_column(&self) -> usize {
         match self.tile_shape.last() {
             Some(&tile) => self.grid.dampings().len().div_ceil(tile),
             None => 1,
@@ -210,7 +213,7 @@ impl Schema {
     /// The variables of which the tile fills a chunk, with their positions.
     pub fn filled_by(&self, tile: usize) -> impl Iterator<Item = (usize, &Variable)> {
         let all = self.variables.iter().enumerate();
-        all.filter(move |(_, variable)| self.chunk_number(variable, tile).is_some())
+        all.filter(move |(_, variable)| self.fills(variable, tile))
     }
 
     /// Index of the first cell of the chunk of a variable that a tile fills.
@@ -219,14 +222,18 @@ impl Schema {
         ranges[..variable.rank(ranges.len())].iter().map(|range| range.start).collect()
     }
 
-    /// The number of the chunk of a variable that a tile fills; `None` if it fills none.
-    #[must_use]
-    pub fn chunk_number(&self, variable: &Variable, tile: usize) -> Option<usize> {
-        let per_column = self.tiles_per_column();
-        match variable.is_of_columns() {
-            true => tile.is_multiple_of(per_column).then_some(tile / per_column),
-            false => Some(tile),
-        }
+    /// Whether a tile fills a chunk of a variable.
+    pub fn fills(&self, variable: &Variable, tile: usize) -> bool {
+        !variable.is_of_columns() || tile.is_multiple_of(self.tiles_per_column())
+    }
+
+    /// Size of the cells in bytes before compression.
+    pub(crate) fn bytes(&self) -> u128 {
+        let of = |variable: &Variable| {
+            let cells: u128 = self.shape(variable).into_iter().map(|length| length as u128).product();
+            if variable.codes().is_some() { cells } else { 8 * cells }
+        };
+        self.variables.iter().map(of).sum()
     }
 }
 

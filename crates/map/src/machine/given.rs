@@ -10,7 +10,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{BELT_SPEED, DAMPING, MASS, Machine, Motion, NORMAL_FORCE, STIFFNESS};
+use super::{BELT_SPEED, DAMPING, MASS, Machine, NORMAL_FORCE, STIFFNESS};
 
 /// The undamped natural frequency, in place of the mass or the stiffness.
 pub const FREQUENCY: &str = "frequency";
@@ -77,18 +77,6 @@ pub(super) fn own_names(is_given: impl Fn(&str) -> bool) -> Vec<&'static str> {
     }
     names.extend(is_given(RADIUS).then_some(RADIUS));
     names
-}
-
-/// The SI unit of such a quantity; `None` for other quantities.
-pub(super) fn unit(name: &str) -> Option<&'static str> {
-    match name {
-        FREQUENCY => Some("Hz"),
-        DAMPING_RATIO => Some(""),
-        PRESSURE => Some("Pa"),
-        AREA => Some("m²"),
-        RADIUS => Some("m"),
-        _ => None,
-    }
 }
 
 impl Machine {
@@ -194,19 +182,11 @@ impl Machine {
     pub(crate) fn si_damping(&self) -> f64 {
         self.units().damping / self.damping_unit()
     }
-
-    /// The words for one of its quantities besides the friction.
-    pub(super) fn words_of_own(&self, name: &str) -> String {
-        match (self.motion, name) {
-            (Motion::Rotation, NORMAL_FORCE) if self.given.has_radius() => "normal force".into(),
-            (motion, name) => motion.words(name),
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::example;
+    use super::super::{Motion, example};
     use super::*;
     use slipmap_model::friction::Law;
 

@@ -17,15 +17,27 @@ pub(super) enum End {
     Failed,
 }
 
-impl End {
-    pub(super) fn of(flow: &Flow) -> Self {
-        match flow.fate {
+impl From<&Fate> for End {
+    fn from(fate: &Fate) -> Self {
+        match fate {
             Fate::Sticks(_) => End::Sticks,
             Fate::SpiralsInward => End::Inward,
             Fate::CrossesForever => End::Crosses,
             Fate::TooCloseToCall => End::TooClose,
             Fate::Failed(_) => End::Failed,
         }
+    }
+}
+
+impl From<&Fate> for Verdict {
+    fn from(fate: &Fate) -> Self {
+        End::from(fate).verdict()
+    }
+}
+
+impl End {
+    pub(super) fn of(flow: &Flow) -> Self {
+        (&flow.fate).into()
     }
 
     /// Whether the orbit returns to the belt line; `None` if that is unknown.

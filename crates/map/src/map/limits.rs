@@ -177,7 +177,7 @@ pub struct Ray {
 /// A coordinate of the landing of an orbit that sticks; `None` for others. It is 0 next to grazing, 2 at the
 /// far end of the stick segment, 4 where the orbit has crossed, comes back, and just sticks.
 fn reach(oscillator: &Oscillator, flow: &Flow) -> Option<f64> {
-    let Fate::Sticks(landing) = flow.fate else { return None };
+    let landing = flow.landing()?;
     let from_exit = oscillator.exit_x1() - landing.x1;
     Some(if landing.crossings == Some(1) { 4.0 - from_exit } else { from_exit })
 }

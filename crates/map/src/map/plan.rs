@@ -1,6 +1,7 @@
 //! A validated description of a computation.
 
 use super::{Axis, AxisRole, Field, Grid, Method, Plane, Quantity, limits, tiles};
+use crate::dataset::Schema;
 use slipmap_certify::validated;
 use slipmap_model::friction::{Column, Curve};
 use slipmap_numbers::named;
@@ -342,20 +343,7 @@ impl Plan {
 
     /// Size of the map in bytes before compression.
     pub fn bytes(&self) -> u128 {
-        let cells = self.grid.cells() as u128;
-        let columns = self.grid.column_count() as u128;
-        let methods = self.methods.len() as u128;
-        let per_field = |field: &Field| match field {
-            Field::Verdict => methods * cells,
-            Field::Margin => 8 * methods * cells,
-            // Those of the simulation have errors.
-            Field::CriticalC => {
-                8 * (methods + u128::from(self.methods.contains(&Method::Simulation))) * columns
-            }
-            Field::Regime => cells,
-            field => 8 * cells * self.quantities_of(*field).len() as u128,
-        };
-        self.fields.iter().map(per_field).sum()
+        Schema::of(self).bytes()
     }
 }
 

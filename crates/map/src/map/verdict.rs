@@ -2,7 +2,6 @@
 
 use slipmap_certify::Decision;
 use slipmap_numbers::named;
-use slipmap_simulate::Fate;
 use slipmap_simulate::naive::NaiveVerdict;
 
 named! {
@@ -32,14 +31,23 @@ impl Verdict {
         self as i8
     }
 
-    /// The attractors that a code in a map stands for.
+    /// The verdict that a code in a map stands for.
     pub fn of_code(code: i8) -> Option<Self> {
         Self::ALL.into_iter().find(|verdict| verdict.code() == code)
     }
 
     /// Returns whether it is presence or absence.
     pub fn is_decision(self) -> bool {
-        matches!(self, Verdict::Present | Verdict::Absent)
+        self.presence().is_some()
+    }
+
+    /// Whether it is presence; `None` if it is neither that nor absence.
+    pub(crate) fn presence(self) -> Option<bool> {
+        match self {
+            Verdict::Present => Some(true),
+            Verdict::Absent => Some(false),
+            Verdict::Undecided | Verdict::Failed | Verdict::NotComputed => None,
+        }
     }
 }
 
@@ -49,17 +57,6 @@ impl From<Decision> for Verdict {
             Decision::Present => Verdict::Present,
             Decision::Absent => Verdict::Absent,
             Decision::Undecided => Verdict::Undecided,
-        }
-    }
-}
-
-impl From<&Fate> for Verdict {
-    fn from(fate: &Fate) -> Self {
-        match fate {
-            Fate::Sticks(_) => Verdict::Present,
-            Fate::SpiralsInward | Fate::CrossesForever => Verdict::Absent,
-            Fate::TooCloseToCall => Verdict::Undecided,
-            Fate::Failed(_) => Verdict::Failed,
         }
     }
 }

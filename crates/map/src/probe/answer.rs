@@ -15,9 +15,7 @@ use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::naive::NaiveVerdict;
 use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use slipmap_simulate::slip_cycle::{Unknown, none_proved, slip_cycles};
-use slipmap_simulate::{
-    CriticalDamping, Cycle, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT, sticks_from,
-};
+use slipmap_simulate::{CriticalDamping, Cycle, Failure, Fate, Flow, NoCriticalDamping, TIGHT, sticks_from};
 
 /// The answer of one method.
 #[derive(Debug)]
@@ -164,11 +162,6 @@ impl Answer {
     /// Derivatives of the critical damping.
     pub fn sensitivity(&self) -> Result<Sensitivity, NoSensitivity> {
         sensitivity(&self.law.column(&self.point))
-    }
-
-    /// Place and times of sticking, if the orbit sticks.
-    pub fn landing(&self) -> Option<Landing> {
-        landing(&self.flow)
     }
 
     /// The cycles that slip all the time below the belt line.
@@ -358,14 +351,6 @@ fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {
         critical_c: None,
         critical_c_error: None,
         reason,
-    }
-}
-
-/// Place and times of sticking, if the orbit sticks.
-pub fn landing(flow: &Flow) -> Option<Landing> {
-    match flow.fate {
-        Fate::Sticks(landing) => Some(landing),
-        _ => None,
     }
 }
 

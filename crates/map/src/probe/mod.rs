@@ -4,7 +4,6 @@ mod answer;
 mod command;
 mod result;
 
-pub use answer::landing;
 pub(crate) use answer::of_test;
 pub use answer::{Answer, MethodAnswer};
 pub use command::{axis_names, command_line, flag};
@@ -72,7 +71,7 @@ impl Probe {
                 x2: oscillator.belt_speed,
             },
             exit_point: State { x1: oscillator.exit_x1(), x2: oscillator.belt_speed },
-            landing: answer.landing().map(Into::into),
+            landing: answer.flow.landing().map(Into::into),
             bistable_band: answer.bistable_band().map(|[from_c, to_c, error]| BistableBand {
                 from_c,
                 to_c,
@@ -116,7 +115,7 @@ impl From<&Flow> for FlowResult {
             margin: flow.margin,
             margin_error: flow.margin_error,
             rhs: flow.rhs,
-            landing: landing(flow).map(Into::into),
+            landing: flow.landing().map(Into::into),
             reason: match flow.fate {
                 Fate::Failed(failure) => Some(failure.to_string()),
                 _ => None,
