@@ -183,9 +183,7 @@ fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestVa
     // A search that failed may have taken all of its budget.
     work.spend_compiled(found.map_or(QUESTION, |found| work_of(&column, &found))).ok()?;
     let critical = found.and_then(CriticalDamping::known).ok()?;
-    // Of a negative one perhaps only the sign is known.
-    let error = if critical.is_located() { critical.error } else { 0.0 };
-    Some(TestValue { value: PI * (critical.c - viscous), error: PI * error })
+    Some(TestValue { value: PI * (critical.c - viscous), error: PI * critical.error })
 }
 
 #[cfg(test)]
