@@ -13,7 +13,7 @@ use super::return_map::{UNRESOLVED, decisive_turn};
 use super::{Failure, Fate, Landing, exit_orbit, flow};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
-use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
+use slipmap_numbers::roots::{falling_bracket, falling_root};
 use slipmap_numbers::text::{is_known, rounded};
 
 /// The critical damping of a column.
@@ -168,27 +168,6 @@ pub fn sticks_from(column: &Column, [low, high]: [f64; 2], tolerance: f64) -> f6
         *(if sticks(middle) { &mut high } else { &mut low }) = middle;
     }
     high
-}
-
-/// Whether c* of a column exceeds the damping `c`: whether an orbit that leaves the belt returns to it.
-///
-/// The bounds of the weakening's even part decide where they can, else the orbit from the exit point at `c`.
-/// Only where that orbit is undecided is c* itself computed, with this tolerance.
-///
-/// # Errors
-/// [`NoCriticalDamping`] where the flow gives no verdict, and where c* lies within its error of `c`.
-pub fn exceeds(column: &Column, c: f64, tolerance: f64) -> Result<bool, NoCriticalDamping> {
-    let [low, high] = bounds(column);
-    if c < low || c > high {
-        return Ok(c < low);
-    }
-    match side_of(column, c, tolerance, &mut true) {
-        Some(side) if side.margin != 0.0 => Ok(side.margin > 0.0),
-        _ => match critical_damping(column, tolerance)? {
-            root if (root.c - c).abs() > root.error => Ok(root.c > c),
-            _ => Err(NoCriticalDamping::NoVerdict),
-        },
-    }
 }
 
 /// Two dampings around c*, by the even part of the divergence (theory, "The tests"), widened a little. With a
@@ -353,12 +332,12 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let start = if mean.is_finite() { mean.clamp(from, high) } else { 0.5 * (from + high) };
     let mut enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
     let widest = Cell::new([from, high]);
-    let found = falling_bracket([start, first_step(start, [from, high])], [from, high], &mut margin)
-        .and_then(|bracket| {
-            let bracket = bracket.ok_or(NoCriticalDamping::NoVerdict)?;
-            widest.set([bracket.low.0, bracket.high.0]);
-            falling_root(bracket, enough, &mut margin)
-        });
+    let first_step = 0.1 * start.abs() + 1e-3 * (high - from);
+    let found = falling_bracket([start, first_step], [from, high], &mut margin).and_then(|bracket| {
+        let bracket = bracket.ok_or(NoCriticalDamping::NoVerdict)?;
+        widest.set([bracket.low.0, bracket.high.0]);
+        falling_root(bracket, enough, &mut margin)
+    });
     let (mut c, mut bracket) = match found {
         Ok(found) => found,
         Err(why) => {
