@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::Failure;
 use super::backbone::Backbone;
-use super::continuation::{BATCH, Branch, TestValue, zero_curves};
+use super::continuation::{BATCH, TestValue};
 use super::critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 use super::crossing::{beyond_landing, reach_within};
 use super::return_map::{Turn, turn_of};
@@ -127,14 +127,6 @@ impl Bifurcation {
                 Some(TestValue { value, error: backbone.error })
             }
         }
-    }
-
-    /// The curves in a plane of two parameters. `at` maps a point of the unit square to the oscillator there
-    /// and is never evaluated outside; points and errors of the curves are in sides of the square.
-    #[must_use]
-    pub fn curves(self, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync), tolerance: f64) -> Vec<Branch> {
-        let work = CurveWork::default();
-        zero_curves(&|place| self.test(&at(place), tolerance, &work), &|| work.is_spent()).0
     }
 }
 
