@@ -59,10 +59,7 @@ class Probe(_results.Probe):
         facts: list[tuple[Any, ...]] = [("regime", self.regime.replace("_", " "))]
         if self.critical_c.value is not None and self.critical_c.error is not None:
             value, error = self.critical_c.value, self.critical_c.error
-            # The search of a negative one may end with its sign.
-            is_located = value >= 0.0 or error < -value
-            words = _with_error(value, error) if is_located else f"negative, above {value - error:.6g}"
-            facts.append(("critical damping", words))
+            facts.append(("critical damping", _with_error(value, error)))
         elif self.critical_c.reason is not None:
             facts.append(("critical damping", f"not told: {self.critical_c.reason}"))
         facts.append(("orbit from the exit point", self.flow.return_map.fate.replace("_", " ")))

@@ -335,13 +335,6 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             Ok(_) if answer.critical_is_zero() => {
                 "c* = 0 within rounding: no cycle at any damping above 0".into()
             }
-            Ok(root) if !root.is_located() => {
-                let from = short(root.c - root.error);
-                format!(
-                    "c* < 0, between {from} and 0 ({} right-hand sides): no cycle at any damping",
-                    count(root.rhs)
-                )
-            }
             Ok(root) => match root.known() {
                 Ok(_) => format!(
                     "c* = {} ({} right-hand sides){}",

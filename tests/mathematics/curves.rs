@@ -6,8 +6,8 @@ use slipmap::friction::{Expression, Law, Table};
 use slipmap::map::{Grid, Plane, PlaneCurves};
 use slipmap::point::LawParameters;
 use slipmap::simulate::backbone::Backbone;
-use slipmap::simulate::bifurcation::Bifurcation;
-use slipmap::simulate::continuation::{Branch, CurvePoint};
+use slipmap::simulate::bifurcation::{Bifurcation, CurveWork};
+use slipmap::simulate::continuation::{Branch, CurvePoint, zero_curves};
 use slipmap::simulate::slip_cycle::slip_cycles;
 use slipmap::simulate::{Fate, critical_damping};
 use slipmap::witness;
@@ -15,6 +15,12 @@ use slipmap::witness;
 use crate::sample::{at_one, formula};
 
 const TOLERANCE: f64 = 1e-11;
+
+/// The curves in a plane of two parameters, of which `at` maps the unit square to oscillators.
+fn curves(kind: Bifurcation, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync)) -> Vec<Branch> {
+    let work = CurveWork::default();
+    zero_curves(&|place| kind.test(&at(place), TOLERANCE, &work), &|| work.is_spent()).0
+}
 
 /// A number between two others.
 fn between([from, to]: [f64; 2], share: f64) -> f64 {
@@ -57,7 +63,7 @@ fn the_hopf_line_of_a_law_that_fades_is_traced_once() {
             let speed = between(speeds, x) / velocity;
             at_one(&Law::Exponential, &law, speed, between([0.0, 0.1], y))
         };
-        let curves = Bifurcation::Hopf.curves(&at, TOLERANCE);
+        let curves = curves(Bifurcation::Hopf, &at);
         assert!(curves.len() <= 1, "{speeds:?}: {}", curves.len());
         for point in curves.iter().flat_map(|curve| &curve.points) {
             let rate = at(point.place).curve.weakening(between(speeds, point.place[0]) / velocity);
@@ -80,7 +86,7 @@ fn the_hopf_line_of_the_stribeck_law_is_its_closed_form() {
         let point = Law::Stribeck.point(epsilon, &law, belt_speed, between(cs, y)).unwrap();
         Oscillator::new(&Law::Stribeck, &point)
     };
-    let curves = Bifurcation::Hopf.curves(&at, TOLERANCE);
+    let curves = curves(Bifurcation::Hopf, &at);
     assert_eq!(curves.len(), 1);
     for point in &curves[0].points {
         let [gamma, c] = [between(gammas, point.place[0]), between(cs, point.place[1])];
@@ -172,7 +178,7 @@ fn direct_simulation_confirms(
         let point = Law::Stribeck.point(1.0, &[0.0, 0.0, 0.1], speed, damping).unwrap();
         Oscillator::new(&Law::Stribeck, &point)
     };
-    let curves = kind.curves(&at, TOLERANCE);
+    let curves = curves(kind, &at);
     assert!(!curves.is_empty());
     let mut points = 0;
     for branch in &curves {
@@ -223,7 +229,7 @@ fn two_slip_cycles_vanish_at_a_fold() {
         viscous: e * between(levels, y),
         belt_speed: 1.0,
     };
-    let curves = Bifurcation::Fold.curves(&at, TOLERANCE);
+    let curves = curves(Bifurcation::Fold, &at);
     assert_eq!(curves.len(), 1, "{curves:?}");
     for point in &curves[0].points {
         let [k, level] = [between(ks, point.place[0]), between(levels, point.place[1])];

@@ -24,7 +24,7 @@ use slipmap_model::point::Point;
 use slipmap_numbers::named;
 use slipmap_numbers::roots::{Bracket, falling_root};
 use slipmap_simulate::backbone::Backbone;
-use slipmap_simulate::{Flow, exceeds, flow};
+use slipmap_simulate::{Flow, critical_damping, flow};
 pub(crate) use tried::belt_speeds;
 use tried::last_within;
 
@@ -344,13 +344,14 @@ const ASIDE_OF_DATA: f64 = 1e-2;
 pub(crate) fn of_stick_slip(law: &Law, point: &Point) -> Intervals {
     let speeds = Speeds { law, point, regimes: Mutex::default() };
     let sticks = |speed: f64| {
-        let column = law.column(&Point { belt_speed: speed, ..*point });
-        // Bounds may know that an orbit never returns which cannot be followed.
-        if exceeds(&column, point.damping, TOLERANCE) == Ok(false) {
-            return Some(false);
-        }
         let oscillator = speeds.at(speed);
-        Statement::MayStick.holds(&oscillator, &flow(&oscillator, TOLERANCE), || Regime::Failed)
+        let holds = Statement::MayStick.holds(&oscillator, &flow(&oscillator, TOLERANCE), || Regime::Failed);
+        // The critical damping may be known where an orbit cannot be followed.
+        holds.or_else(|| {
+            let column = law.column(&Point { belt_speed: speed, ..*point });
+            let critical = critical_damping(&column, TOLERANCE).ok()?;
+            (critical.c + critical.error < point.damping).then_some(false)
+        })
     };
     speeds.of(&sticks)
 }

@@ -240,8 +240,7 @@ impl<'a> Draws<'a> {
             let from = if may_cross { sticks_from(column, known.c) } else { f64::NEG_INFINITY };
             Some(Found {
                 critical: known.c * unit + off,
-                // Of a negative one the search may end with its sign.
-                error: if known.is_located() { known.error * unit } else { 0.0 },
+                error: known.error * unit,
                 sticks_from: from * unit + off,
             })
         };

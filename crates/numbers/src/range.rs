@@ -12,6 +12,15 @@ pub struct Range {
 }
 
 impl Range {
+    /// The range of no numbers: its hull with another range is that range.
+    pub const NOTHING: Range = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+
+    /// The range of the numbers from the first one to the last.
+    #[must_use]
+    pub fn of(numbers: impl IntoIterator<Item = f64>) -> Range {
+        numbers.into_iter().fold(Range::NOTHING, |range, x| range.hull(Range { lo: x, hi: x }))
+    }
+
     /// The smallest range that contains both ranges.
     #[must_use]
     pub fn hull(self, other: Range) -> Range {

@@ -56,11 +56,6 @@ pub fn falling_bracket<E>(
     Ok(Some(Bracket { low, high }))
 }
 
-/// The default first step from `start` of a search within [from, to].
-pub fn first_step(start: f64, [from, to]: [f64; 2]) -> f64 {
-    0.1 * start.abs() + 1e-3 * (to - from)
-}
-
 /// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi
 /// (ACM Trans. Math. Softw. 47, 2020), which is as fast as the secant where the function is smooth and never
 /// slower than bisection where only its sign is known. Returns the middle of the bracket, or a place where

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::Failure;
 use super::backbone::Backbone;
-use super::continuation::{BATCH, Branch, TestValue, zero_curves};
+use super::continuation::{BATCH, TestValue};
 use super::critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 use super::crossing::{beyond_landing, reach_within};
 use super::return_map::{Turn, turn_of};
@@ -128,14 +128,6 @@ impl Bifurcation {
             }
         }
     }
-
-    /// The curves in a plane of two parameters. `at` maps a point of the unit square to the oscillator there
-    /// and is never evaluated outside; points and errors of the curves are in sides of the square.
-    #[must_use]
-    pub fn curves(self, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync), tolerance: f64) -> Vec<Branch> {
-        let work = CurveWork::default();
-        zero_curves(&|place| self.test(&at(place), tolerance, &work), &|| work.is_spent()).0
-    }
 }
 
 /// Whether D <= -2 at all slip speeds that the orbit from the exit point can reach, so that it never returns (theory,
@@ -183,9 +175,7 @@ fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestVa
     // A search that failed may have taken all of its budget.
     work.spend_compiled(found.map_or(QUESTION, |found| work_of(&column, &found))).ok()?;
     let critical = found.and_then(CriticalDamping::known).ok()?;
-    // Of a negative one perhaps only the sign is known.
-    let error = if critical.is_located() { critical.error } else { 0.0 };
-    Some(TestValue { value: PI * (critical.c - viscous), error: PI * error })
+    Some(TestValue { value: PI * (critical.c - viscous), error: PI * critical.error })
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use super::return_map::{UNRESOLVED, decisive_turn};
 use super::{Failure, Fate, Landing, exit_orbit, flow};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
-use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
+use slipmap_numbers::roots::{falling_bracket, falling_root};
 use slipmap_numbers::text::{is_known, rounded};
 
 /// The critical damping of a column.
@@ -29,12 +29,6 @@ pub struct CriticalDamping {
 }
 
 impl CriticalDamping {
-    /// Whether more than the sign of `c` is known. The search of a negative c* may end with its sign: between
-    /// `c - error` and 0.
-    pub fn is_located(&self) -> bool {
-        self.c >= 0.0 || self.error < -self.c
-    }
-
     /// The damping itself where it is told: its error is at most 1 % of it (or 1e-9), or it is negative.
     ///
     /// # Errors
@@ -100,18 +94,15 @@ pub fn critical_dampings(
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
         }
         Err(rhs) if column.curve.is_hidden_by_rounding(column.belt_speed) => Ok(hidden(column, rhs)),
-        Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
+        Err(rhs) => search(column, tolerance, rhs),
     };
-    columns.iter().zip(found).map(|(column, found)| sampled(column, answer(column, found))).collect()
-}
-
-/// What is found with the error of the samples of a function: delta of the weakening rate moves eps c* by at most delta.
-fn sampled(
-    column: &Column,
-    found: Result<CriticalDamping, NoCriticalDamping>,
-) -> Result<CriticalDamping, NoCriticalDamping> {
-    let by_samples = column.curve.sampling_error() / column.epsilon;
-    found.map(|found| CriticalDamping { error: found.error + by_samples, ..found })
+    // An error delta of the weakening rate, of the samples of a function, moves eps c* by at most delta.
+    let sampled = |column: &Column, found: CriticalDamping| CriticalDamping {
+        error: found.error + column.curve.sampling_error() / column.epsilon,
+        ..found
+    };
+    let answers = columns.iter().zip(found);
+    answers.map(|(column, found)| answer(column, found).map(|found| sampled(column, found))).collect()
 }
 
 /// What is known of a fall that rounding hides from all orbits: the balance of energy, and that no orbit returns that is
@@ -161,19 +152,6 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
 }
 
-/// The critical damping of one column, which is located where it is negative, too, see
-/// [`CriticalDamping::is_located`].
-pub fn located_critical_damping(
-    column: &Column,
-    tolerance: f64,
-) -> Result<CriticalDamping, NoCriticalDamping> {
-    let critical = critical_damping(column, tolerance)?;
-    match critical.is_located() {
-        true => Ok(critical),
-        false => sampled(column, search(column, tolerance, critical.rhs, Wanted::AnySign)),
-    }
-}
-
 /// The lowest damping in `[low, high]` from which the orbit from the exit point sticks, given that it sticks
 /// just below `high`. Along c the fates have a fixed order: crossing, sticking, inward.
 pub fn sticks_from(column: &Column, [low, high]: [f64; 2], tolerance: f64) -> f64 {
@@ -190,27 +168,6 @@ pub fn sticks_from(column: &Column, [low, high]: [f64; 2], tolerance: f64) -> f6
         *(if sticks(middle) { &mut high } else { &mut low }) = middle;
     }
     high
-}
-
-/// Whether c* of a column exceeds the damping `c`: whether an orbit that leaves the belt returns to it.
-///
-/// The bounds of the weakening's even part decide where they can, else the orbit from the exit point at `c`.
-/// Only where that orbit is undecided is c* itself computed, with this tolerance.
-///
-/// # Errors
-/// [`NoCriticalDamping`] where the flow gives no verdict, and where c* lies within its error of `c`.
-pub fn exceeds(column: &Column, c: f64, tolerance: f64) -> Result<bool, NoCriticalDamping> {
-    let [low, high] = bounds(column);
-    if c < low || c > high {
-        return Ok(c < low);
-    }
-    match side_of(column, c, tolerance, &mut true) {
-        Some(side) if side.margin != 0.0 => Ok(side.margin > 0.0),
-        _ => match critical_damping(column, tolerance)? {
-            root if (root.c - c).abs() > root.error => Ok(root.c > c),
-            _ => Err(NoCriticalDamping::NoVerdict),
-        },
-    }
 }
 
 /// Two dampings around c*, by the even part of the divergence (theory, "The tests"), widened a little. With a
@@ -236,14 +193,6 @@ fn search_bounds(column: &Column) -> [f64; 2] {
         (balance + sign * WIDE * (1.0 + balance.abs())) / column.epsilon
     };
     [if low.is_finite() { low } else { far(-1.0) }, if high.is_finite() { high } else { far(1.0) }]
-}
-
-/// The critical dampings that a search has to locate; of others it finds the sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Wanted {
-    /// Those of legal dampings, c >= 0.
-    Legal,
-    AnySign,
 }
 
 /// Number of bisections for the damping from which orbits stick.
@@ -326,12 +275,7 @@ fn leaves_data(column: &Column, c: f64) -> bool {
 }
 
 /// Searches a column with the simulated flow, which also decides overdamped points.
-fn search(
-    column: &Column,
-    tolerance: f64,
-    rhs: u64,
-    wanted: Wanted,
-) -> Result<CriticalDamping, NoCriticalDamping> {
+fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
     if column.belt_speed < SLOWEST {
         return Err(NoCriticalDamping::NoVerdict);
     }
@@ -381,11 +325,6 @@ fn search(
     };
     // The signs at the bounds are checked nevertheless. The undamped orbit of a table may leave its data where orbits near c* do not: a failure is ignored.
     if low < 0.0 && high > 0.0 && margin(0.0).is_ok_and(|margin| margin < 0.0) {
-        // No legal damping is small enough.
-        if wanted == Wanted::Legal {
-            let half = 0.5 * low.max(f64::MIN);
-            return Ok(CriticalDamping { c: half, error: -half, rhs });
-        }
         high = 0.0;
     }
     let from = if high > 0.0 { low.max(0.0) } else { low };
@@ -393,12 +332,12 @@ fn search(
     let start = if mean.is_finite() { mean.clamp(from, high) } else { 0.5 * (from + high) };
     let mut enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
     let widest = Cell::new([from, high]);
-    let found = falling_bracket([start, first_step(start, [from, high])], [from, high], &mut margin)
-        .and_then(|bracket| {
-            let bracket = bracket.ok_or(NoCriticalDamping::NoVerdict)?;
-            widest.set([bracket.low.0, bracket.high.0]);
-            falling_root(bracket, enough, &mut margin)
-        });
+    let first_step = 0.1 * start.abs() + 1e-3 * (high - from);
+    let found = falling_bracket([start, first_step], [from, high], &mut margin).and_then(|bracket| {
+        let bracket = bracket.ok_or(NoCriticalDamping::NoVerdict)?;
+        widest.set([bracket.low.0, bracket.high.0]);
+        falling_root(bracket, enough, &mut margin)
+    });
     let (mut c, mut bracket) = match found {
         Ok(found) => found,
         Err(why) => {

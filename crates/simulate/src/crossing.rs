@@ -439,10 +439,7 @@ pub fn landing_and_cycle(
     let cycle = Cycle {
         period: landing.slip_time + landing.stick_time,
         // While it sticks the mass moves from the landing to the exit point.
-        displacement: Range {
-            lo: displacement.lo.min(landing.x1),
-            hi: displacement.hi.max(oscillator.exit_x1()),
-        },
+        displacement: displacement.hull(Range::of([landing.x1, oscillator.exit_x1()])),
         velocity,
         multiplier: 0.0,
         beyond_exit: None,

@@ -121,18 +121,10 @@ impl<'a> FarLoops<'a> {
         if self.curve.fastest() < f64::INFINITY {
             return f64::INFINITY;
         }
-        let hull = |one: Range, (_, other): &(f64, Range)| Range {
-            lo: one.lo.min(other.lo),
-            hi: one.hi.max(other.hi),
-        };
-        let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+        let hull = |of: &[(f64, Range)]| of.iter().map(|(_, range)| *range).fold(Range::NOTHING, Range::hull);
         let bounds = (1..psi.len()).filter(|at| psi[*at].0 >= self.belt_speed).filter_map(|at| {
             let (near, far) = psi.split_at(at);
-            bound(&Parts {
-                from: psi[at].0,
-                near: near.iter().fold(nothing, hull),
-                far: far.iter().fold(nothing, hull),
-            })
+            bound(&Parts { from: psi[at].0, near: hull(near), far: hull(far) })
         });
         bounds.fold(f64::INFINITY, f64::min)
     }

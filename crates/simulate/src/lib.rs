@@ -31,8 +31,7 @@ mod stepping;
 mod turn;
 mod work;
 
-pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, exceeds};
-pub use critical::{located_critical_damping, sticks_from};
+pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, sticks_from};
 pub use neighbours::{Neighbour, TIGHT, crossing_separates, separates};
 pub use return_map::flow;
 pub use work::QUESTION;

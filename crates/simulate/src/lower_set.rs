@@ -19,7 +19,7 @@
 use std::rc::Rc;
 
 use slipmap_model::point::MAX_LAW_PARAMETERS;
-use slipmap_numbers::vectorized;
+use slipmap_numbers::{Range, vectorized};
 
 /// Largest number of nodes of an axis.
 const MOST: usize = 24;
@@ -51,7 +51,7 @@ pub(super) struct Side {
 impl Side {
     /// `None` where a value is not finite, or two are equal.
     pub(super) fn new(values: &[f64]) -> Option<Self> {
-        let [low, high] = [f64::min, f64::max].map(|pick| values.iter().copied().fold(f64::NAN, pick));
+        let Range { lo: low, hi: high } = Range::of(values.iter().copied());
         if !values.iter().all(|value| value.is_finite()) {
             return None;
         }

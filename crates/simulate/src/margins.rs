@@ -120,11 +120,11 @@ struct Cells<'a> {
 
 impl<'a> Cells<'a> {
     fn new(columns: &'a [Column], axes: &'a [Vec<f64>], cs: &'a [f64], tolerance: f64) -> Self {
-        let [low, high] = extremes(cs);
+        let dampings = slipmap_numbers::Range::of(cs.iter().copied());
         let is_smooth = |column: &Column| {
             let is_near = |x: f64| {
                 let weakening = column.curve.weakening(x * column.belt_speed);
-                [low, high].iter().all(|c| (weakening - column.epsilon * c).abs() <= NEAR)
+                [dampings.lo, dampings.hi].iter().all(|c| (weakening - column.epsilon * c).abs() <= NEAR)
             };
             [0.0, 1.0, 2.0].into_iter().all(is_near) && column.curve.is_analytic(column.belt_speed)
         };
@@ -262,8 +262,8 @@ fn reach_of_spirals(columns: &[Column], cs: &[f64]) -> Vec<f64> {
 /// The number of nodes that a column is expected to take: where exp(-pi eps c), times four variations of the
 /// divergence along the orbit, has Chebyshev coefficients below `enough`.
 fn nodes_along_c(column: &Column, cs: &[f64], enough: f64) -> f64 {
-    let [low, high] = extremes(cs).map(|c| column.epsilon * c);
-    let quarter = 0.25 * PI * (high - low);
+    let dampings = slipmap_numbers::Range::of(cs.iter().copied());
+    let quarter = 0.25 * PI * (column.epsilon * dampings.hi - column.epsilon * dampings.lo);
     let weakening = [1.0, 0.0, 2.0].map(|x| column.curve.weakening(x * column.belt_speed));
     let variation = weakening.iter().fold(0.0, |most: f64, at| most.max((at - weakening[0]).abs()));
     let (mut coefficient, mut nodes) = (8.0 * variation, 1.0);
@@ -272,11 +272,6 @@ fn nodes_along_c(column: &Column, cs: &[f64], enough: f64) -> f64 {
         nodes += 1.0;
     }
     nodes
-}
-
-/// The least and the largest of some numbers.
-fn extremes(values: &[f64]) -> [f64; 2] {
-    [f64::min, f64::max].map(|pick| values.iter().copied().fold(f64::NAN, pick))
 }
 
 /// The next step for a box, by its turns so far.

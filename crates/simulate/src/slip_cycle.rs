@@ -164,8 +164,7 @@ pub(super) struct Extent {
 impl Default for Extent {
     /// The extent of no orbit.
     fn default() -> Self {
-        let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
-        Self { velocity: nothing, displacement: nothing }
+        Self { velocity: Range::NOTHING, displacement: Range::NOTHING }
     }
 }
 
@@ -173,18 +172,14 @@ impl Extent {
     /// Extremes of x2 lie at x2' = 0, those of x1 at x2 = 0; steps are short enough to contain at most one of
     /// each.
     pub(super) fn step(&mut self, walk: &Walk, from: &State, to: &State) {
-        let widen = |range: &mut Range, x: f64| {
-            *range = Range { lo: range.lo.min(x), hi: range.hi.max(x) };
-        };
-        widen(&mut self.velocity, from.v);
-        widen(&mut self.velocity, to.v);
+        self.velocity = self.velocity.hull(Range::of([from.v, to.v]));
         if from.w * to.w < 0.0 {
             let at = walk.locate(from, to, |_, state| [state.w, state.slope()]);
-            widen(&mut self.velocity, at.v);
+            self.velocity = self.velocity.hull(Range::of([at.v]));
         }
         if from.v * to.v <= 0.0 && from.v != to.v {
             let at = walk.locate(from, to, |_, state| [state.v, state.w]);
-            widen(&mut self.displacement, walk.x1(&at));
+            self.displacement = self.displacement.hull(Range::of([walk.x1(&at)]));
         }
     }
 }

@@ -24,7 +24,7 @@ use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::named;
-use slipmap_simulate::{Fate, flow, located_critical_damping, sticks_from};
+use slipmap_simulate::{Fate, critical_damping, flow, sticks_from};
 
 named! {
     /// Kind of failure of a method at a cell.
@@ -295,7 +295,7 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
 /// which may be negative, or the damping below which orbits cross for ever; and its error. NaN if there is
 /// neither.
 fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> [f64; 2] {
-    let Ok(critical) = located_critical_damping(column, tolerance) else { return [f64::NAN; 2] };
+    let Ok(critical) = critical_damping(column, tolerance) else { return [f64::NAN; 2] };
     let to_grazing = [(critical.c - c).abs(), critical.error];
     let undamped = 0.0;
     let range = match fate {
@@ -321,7 +321,7 @@ const COARSER: f64 = 10.0;
 mod tests {
     use super::*;
 
-    /// The search of the critical damping of an overdamped column ends with its sign.
+    /// The critical damping of an overdamped column is below every legal one.
     #[test]
     fn the_distance_to_a_negative_critical_damping_is_measured() {
         let point = Law::Stribeck.point(1.0, &[0.0, 0.1, 8.0], 2.0, 7.0).unwrap();

@@ -12,7 +12,7 @@ use slipmap_simulate::backbone::{Backbone, COARSE, CycleRange, InterpolatedBackb
 use slipmap_simulate::crossing::{crossing_cycles, landing_and_cycle, some_cross_for_ever};
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
-use slipmap_simulate::{CriticalDamping, located_critical_damping};
+use slipmap_simulate::{CriticalDamping, critical_damping};
 use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT};
 
 /// Least error, relative to the largest |C|, of a coarse backbone that is far above [`COARSE`].
@@ -167,7 +167,7 @@ impl<'a> Behaviour<'a> {
             belt_speed: self.belt_speed,
             unit: 1.0,
         };
-        let grazing = self.grazing.get_or_init(|| located_critical_damping(&column(), GRAZING).ok());
+        let grazing = self.grazing.get_or_init(|| critical_damping(&column(), GRAZING).ok());
         let CriticalDamping { c, error, .. } = (*grazing)?;
         ((c - viscous).abs() > error).then_some(viscous < c)
     }

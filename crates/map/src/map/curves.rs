@@ -18,7 +18,7 @@ use slipmap_model::friction::Column;
 use slipmap_simulate::backbone::{Backbone, TurningPoint};
 use slipmap_simulate::bifurcation::{Bifurcation, CurveWork};
 use slipmap_simulate::continuation::{Branch, CurvePoint, zero_curves};
-use slipmap_simulate::critical::{CriticalDamping, located_critical_damping};
+use slipmap_simulate::critical::{CriticalDamping, critical_damping};
 use slipmap_simulate::graphs::{Extreme, graphs};
 
 /// Tolerance of the test functions and of the backbones.
@@ -213,7 +213,7 @@ impl<'a> Frame<'a> {
     /// that of flat friction.
     fn grazing(&self, damping_axis: usize, share: f64, work: &CurveWork) -> Option<Extreme> {
         let column = self.column(damping_axis, share)?;
-        let found = located_critical_damping(&column, TOLERANCE);
+        let found = critical_damping(&column, TOLERANCE);
         work.add_critical(&column, &found);
         let critical = found.and_then(CriticalDamping::known).ok()?;
         // That of flat friction is no curve, as its Hopf damping.

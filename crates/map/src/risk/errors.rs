@@ -103,11 +103,9 @@ fn of_measured(model: &Model) -> [f64; 2] {
     let column = model.column();
     match sensitivity_of_any_sign(&column) {
         Ok(found) => {
-            let critical = found.critical;
-            // In SI the unit of friction is not the static friction. A search may end with a negative
-            // critical damping that is known to be negative only.
-            let deviation = found.standard_error_in_fixed_unit.filter(|_| critical.is_located());
-            [critical.c, deviation.map_or(f64::NAN, |deviation| deviation.value)]
+            // In SI the unit of friction is not the static friction.
+            let deviation = found.standard_error_in_fixed_unit;
+            [found.critical.c, deviation.map_or(f64::NAN, |deviation| deviation.value)]
         }
         Err(_) => [known_or_nan(critical_damping(&column, TOLERANCE)), f64::NAN],
     }

@@ -98,8 +98,7 @@ const RESOLVED: f64 = 1e-6;
 
 /// The smallest range that contains all `ranges`.
 fn hull(ranges: impl Iterator<Item = Range>) -> Range {
-    let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
-    ranges.fold(nothing, |all, range| Range { lo: all.lo.min(range.lo), hi: all.hi.max(range.hi) })
+    ranges.fold(Range::NOTHING, Range::hull)
 }
 
 impl Curve {
@@ -253,10 +252,10 @@ impl Curve {
         }
         match &self.form {
             Form::Table(law) => lowered(law.friction_range(0.0, hi)),
-            Form::Function(_) | Form::Custom(_) => hull((0..=SAMPLES).map(|i| {
-                let value = self.phi(hi * (f64::from(i) / f64::from(SAMPLES)).powi(2));
-                Range { lo: value, hi: value }
-            })),
+            Form::Function(_) | Form::Custom(_) => {
+                let place = |i: u32| hi * (f64::from(i) / f64::from(SAMPLES)).powi(2);
+                Range::of((0..=SAMPLES).map(|i| self.phi(place(i))))
+            }
             _ => hull(
                 starts().zip(ends()).filter_map(|(lo, hi)| Some(self.formula(Interval::new(lo, hi))?.into())),
             ),
@@ -337,7 +336,7 @@ impl Curve {
         }
         let place = |i: u32| (hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo).min(hi);
         let psi = |u: f64| viscous.mul_add(u, self.phi(u));
-        hull((0..=SAMPLES).map(place).map(psi).map(|psi| Range { lo: psi, hi: psi }))
+        Range::of((0..=SAMPLES).map(place).map(psi))
     }
 
     /// As [`Curve::friction_between`] for a formula. Where the distances of the bounds from samples halve with
@@ -345,7 +344,7 @@ impl Curve {
     /// bounds; a narrow dip would leave them as they are. What [`MOST_PARTS`] do not decide keeps the bounds
     /// that are proved of it.
     fn formula_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
-        let mut found = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+        let mut found = Range::NOTHING;
         // With the distances on twice and four times the interval. The last part is the next one: first those
         // at high speeds, since towards rest halving need not end.
         let mut waiting = vec![(lo, hi, [f64::INFINITY; 2])];
@@ -357,7 +356,7 @@ impl Curve {
             let middle = 0.5 * (lo + hi);
             let samples = [lo, middle, hi].map(|u| viscous.mul_add(u, self.phi(u)));
             let pushes = samples.map(|phi| phi < 0.0);
-            let sampled = hull(samples.into_iter().map(|phi| Range { lo: phi, hi: phi }));
+            let sampled = Range::of(samples);
             let distance = if pushes[0] { range.hi - sampled.hi } else { sampled.lo - range.lo };
             let is_decided = range.lo >= NOTHING || range.hi < 0.0 || pushes != [pushes[0]; 3];
             let cancels = distance < HALVED * before[0] && before[0] < HALVED * before[1] && before[1] < 1.0;
@@ -371,7 +370,7 @@ impl Curve {
                 }
                 _ => range,
             };
-            found = hull([found, bounds].into_iter());
+            found = found.hull(bounds);
         }
         found
     }
