@@ -130,7 +130,7 @@ pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Interval
         critical_damping_error: match known {
             Ok(_) => critical.map(|root| root.error * units.damping),
             Err(NoCriticalDamping::Inaccurate { error }) => Some(error * units.damping),
-            Err(NoCriticalDamping::NoVerdict) => None,
+            Err(NoCriticalDamping::NotFollowed) => None,
         },
         critical_damping_ratio: critical.map(|root| 0.5 * root.c),
         regime: regime(&oscillator, &flow),

@@ -67,16 +67,4 @@ impl Flow {
             _ => None,
         }
     }
-
-    /// The grazing margin, or a number with its sign where only that is known, at most 1 in size: 0 if it is
-    /// too close to call. `None` if the integration failed.
-    pub fn signed_margin(&self) -> Option<f64> {
-        let size = if self.margin.is_finite() { self.margin.abs().min(1.0) } else { 1.0 };
-        match self.fate {
-            Fate::Sticks(_) | Fate::CrossesForever => Some(size),
-            Fate::SpiralsInward => Some(-size),
-            Fate::TooCloseToCall => Some(0.0),
-            Fate::Failed(_) => None,
-        }
-    }
 }

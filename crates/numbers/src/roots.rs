@@ -15,7 +15,7 @@ impl Bracket {
         self.high.0 - self.low.0
     }
 
-    pub(super) fn middle(&self) -> f64 {
+    fn middle(&self) -> f64 {
         0.5 * (self.low.0 + self.high.0)
     }
 
@@ -23,37 +23,6 @@ impl Bracket {
     pub fn steepness(&self) -> f64 {
         (self.low.1 - self.high.1) / self.width()
     }
-}
-
-/// Brackets the root of a falling function within [from, to]. The search goes outward from `start`, which
-/// lies there, in steps that double from `step` on: far from the root the function may fail, or take long.
-/// `None` where it does not change its sign; at the ends of [from, to] it may be zero.
-pub fn falling_bracket<E>(
-    [start, step]: [f64; 2],
-    [from, to]: [f64; 2],
-    mut f: impl FnMut(f64) -> Result<f64, E>,
-) -> Result<Option<Bracket>, E> {
-    let value = f(start)?;
-    let mut ends = [(start, value); 2];
-    for (side, limit, sign) in [(0, from, 1.0), (1, to, -1.0)] {
-        let mut step = step;
-        while !(sign * ends[side].1 > 0.0) {
-            if ends[side].0 == limit {
-                if sign * ends[side].1 < 0.0 {
-                    return Ok(None);
-                }
-                break;
-            }
-            let at = (start - sign * step).max(from).min(to);
-            ends[side] = (at, f(at)?);
-            if sign * ends[side].1 < 0.0 {
-                ends[1 - side] = ends[side];
-            }
-            step *= 2.0;
-        }
-    }
-    let [low, high] = ends;
-    Ok(Some(Bracket { low, high }))
 }
 
 /// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi
@@ -124,18 +93,6 @@ pub fn fixed_point<T, E>(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn brackets_are_found_next_to_the_start() {
-        for (root, start) in [(0.3, 0.31), (0.3, 0.3), (0.3, 40.0), (-2.0, 0.1), (49.0, 0.0)] {
-            // Fails far from the root.
-            let f = |x: f64| if (x - root).abs() < 60.0 { Ok(root - x) } else { Err(x) };
-            let Bracket { low, high } = falling_bracket([start, 0.3], [-100.0, 100.0], f).unwrap().unwrap();
-            assert!(low.0 < root && root < high.0 && low.1 > 0.0 && high.1 < 0.0, "{low:?} {high:?}");
-        }
-        assert_eq!(falling_bracket([0.5, 0.1], [0.0, 1.0], |x| Ok::<f64, ()>(3.0 - x)), Ok(None));
-        assert_eq!(falling_bracket([0.5, 0.1], [0.0, 1.0], |x| Ok::<f64, ()>(-3.0 - x)), Ok(None));
-    }
 
     #[test]
     fn smooth_functions_and_mere_signs_are_solved() {

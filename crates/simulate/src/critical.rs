@@ -1,19 +1,16 @@
 //! The critical damping c* of a column: the root of the grazing margin.
 //!
 //! At c* the orbit from the exit point grazes the belt line: it closes with the maximum V of x2. The search
-//! is that of `closing`; columns outside the domain of the polar form are searched with single orbits.
+//! is that of `closing`, or that of `quarters` where friction drops or falls steeply next to the belt line.
 
-use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use super::closing::{Amplitude, closing_dampings};
-use super::polar::{Closing, Turn};
+use super::polar::Closing;
 use super::quarters::{Sought, WIDE, closing_dampings_by_quarters};
-use super::return_map::{UNRESOLVED, decisive_turn};
-use super::{Failure, Fate, Landing, exit_orbit, flow};
-use slipmap_model::filippov::{HopfRate, Oscillator};
+use super::{Fate, flow};
+use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
-use slipmap_numbers::roots::{falling_bracket, falling_root};
 use slipmap_numbers::text::{is_known, rounded};
 
 /// The critical damping of a column.
@@ -49,9 +46,9 @@ pub fn known_or_nan(found: Result<CriticalDamping, NoCriticalDamping>) -> f64 {
 /// Reason why a column has no critical damping.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoCriticalDamping {
-    /// The engines gave no verdict where the search needed one.
-    #[error("the simulated flow gives no verdict next to the boundary")]
-    NoVerdict,
+    /// No engine could follow the orbit that grazes the belt line.
+    #[error("the orbit that grazes the belt line cannot be followed")]
+    NotFollowed,
     /// It was found with an error above 1 % of it.
     #[error("it is known to no better than {}, which is more than 1 % of it", rounded(*error, 2))]
     Inaccurate {
@@ -94,7 +91,7 @@ pub fn critical_dampings(
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
         }
         Err(rhs) if column.curve.is_hidden_by_rounding(column.belt_speed) => Ok(hidden(column, rhs)),
-        Err(rhs) => search(column, tolerance, rhs),
+        Err(_) => Err(NoCriticalDamping::NotFollowed),
     };
     // An error delta of the weakening rate, of the samples of a function, moves eps c* by at most delta.
     let sampled = |column: &Column, found: CriticalDamping| CriticalDamping {
@@ -147,7 +144,7 @@ fn of_drop(drop: f64) -> f64 {
 /// The critical damping of one column, see [`critical_dampings`].
 ///
 /// # Errors
-/// [`NoCriticalDamping`] where the flow gives no verdict next to the boundary.
+/// [`NoCriticalDamping`] where the orbit cannot be followed.
 pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDamping, NoCriticalDamping> {
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
 }
@@ -197,183 +194,6 @@ fn search_bounds(column: &Column) -> [f64; 2] {
 
 /// Number of bisections for the damping from which orbits stick.
 const HALVINGS: u32 = 40;
-
-/// Work after which the search of a column ends, in evaluations of the right-hand side of the Stribeck law.
-/// Only orbits so stiff that one takes a million reach it. The check of the result may take as much again.
-const WORK: u64 = 4_000_000;
-/// Tolerance of the orbits of the search, and of those that check its result.
-const COARSE: f64 = 1e-8;
-const FINE: f64 = 1e-12;
-/// Belt speeds below this are not searched: orbits leave the normal numbers, where they take ten times as
-/// long.
-const SLOWEST: f64 = 1e-290;
-/// Width of the bracket of c*, relative to it, to which a search goes on where its tolerance leaves more; each
-/// time it finds c* anew.
-const RELATIVE: f64 = 1e-4;
-const REFINEMENTS: u32 = 4;
-/// Largest error of a critical damping whose search ended early, relative to the range of the weakening rate.
-const UNFINISHED: f64 = 1e-3;
-
-/// The side of c* on which a damping lies, by the orbit from the exit point.
-#[derive(Clone, Copy, Debug)]
-struct Side {
-    /// Positive below c*, negative above it, 0 if the orbit is too close to call: the grazing margin, or a
-    /// number of its size.
-    margin: f64,
-    error: f64,
-    /// Number of evaluations of the right-hand side.
-    rhs: u64,
-    /// The evaluations in units of those of the Stribeck law.
-    work: u64,
-}
-
-/// Follows the orbit from the exit point at one damping; `None` where no engine decides. The return map is left out
-/// where it was undecided at the last damping, as it usually is at the next.
-fn side_of(column: &Column, c: f64, tolerance: f64, turns_decide: &mut bool) -> Option<Side> {
-    let oscillator = Oscillator::in_column(column, c);
-    let by_turn = if *turns_decide { side_by_turn(&oscillator, tolerance) } else { Err(0) };
-    *turns_decide = by_turn.is_ok();
-    match by_turn {
-        Ok(side) => Some(side),
-        Err(spent) => side_by_flow(column, &oscillator, tolerance, spent),
-    }
-}
-
-/// Finds the side by the return map; `Err` with the number of evaluations where it is undecided.
-fn side_by_turn(oscillator: &Oscillator, tolerance: f64) -> Result<Side, u64> {
-    match decisive_turn(oscillator, tolerance) {
-        // Where a law's polynomials are inaccurate, the orbit that follows the law itself has a smaller
-        // error.
-        Turn::Complete { margin, error, rhs } if margin.abs() > error || error <= UNRESOLVED => {
-            let size = if margin.abs() > error { margin.clamp(-1.0, 1.0) } else { 0.0 };
-            Ok(Side { margin: size, error, rhs: rhs.into(), work: rhs.into() })
-        }
-        Turn::Complete { rhs, .. } | Turn::HandOver { rhs } => Err(rhs.into()),
-    }
-}
-
-/// Finds the side by arcs, after `spent` evaluations.
-fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent: u64) -> Option<Side> {
-    let flow = exit_orbit::flow(oscillator, tolerance);
-    let margin = match flow.fate {
-        // Far beyond the line r at the landing is about what it would be after the turn.
-        Fate::Sticks(Landing { x1, crossings, .. }) if flow.margin.is_nan() && crossings != Some(1) => {
-            let speed = (oscillator.exit_x1() - x1 - oscillator.drop()) / column.belt_speed;
-            (speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0)
-        }
-        _ => flow.signed_margin()?,
-    };
-    let work = spent + flow.rhs * column.curve.cost();
-    Some(Side { margin, error: flow.margin_error, rhs: spent + flow.rhs, work })
-}
-
-/// Whether the orbit from the exit point leaves the slip speeds at which the law is known.
-fn leaves_data(column: &Column, c: f64) -> bool {
-    column.curve.fastest().is_finite()
-        && exit_orbit::flow(&Oscillator::in_column(column, c), COARSE).fate
-            == Fate::Failed(Failure::NotFinite)
-}
-
-/// Searches a column with the simulated flow, which also decides overdamped points.
-fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
-    if column.belt_speed < SLOWEST {
-        return Err(NoCriticalDamping::NoVerdict);
-    }
-    // Bounds that differ by rounding alone are the answer, as for flat friction.
-    let [low, mut high] = search_bounds(column);
-    if !(low.is_finite() && high.is_finite()) {
-        return Err(NoCriticalDamping::NoVerdict);
-    }
-    let rounding = HopfRate::new(&column.curve, column.belt_speed).rounding();
-    if column.epsilon * (high - low) <= rounding {
-        return Ok(CriticalDamping { c: 0.5 * (low + high), error: 0.5 * (high - low), rhs });
-    }
-    let (mut rhs, mut work) = (rhs, 0);
-    // Error of the margin of an orbit that is too close to call.
-    let undecided = Cell::new(0.0);
-    // The nearest dampings known to lie below and above c*.
-    let known = Cell::new([f64::NEG_INFINITY, f64::INFINITY]);
-    let mut turns_decide = true;
-    let mut follow = |c: f64, tolerance: f64, most: u64| {
-        if work > most {
-            return Err(NoCriticalDamping::NoVerdict);
-        }
-        let side = side_of(column, c, tolerance, &mut turns_decide).ok_or(NoCriticalDamping::NoVerdict)?;
-        rhs += side.rhs;
-        work += side.work;
-        Ok(side)
-    };
-    let mut margin = |c: f64| {
-        let mut side = match follow(c, COARSE, WORK) {
-            // It lies outside those of higher damping. If c* were below, its orbit would leave the data, too, and the
-            // check of the result has no verdict.
-            Err(_) if leaves_data(column, c) => return Ok(1.0),
-            side => side?,
-        };
-        if side.margin == 0.0 {
-            side = follow(c, FINE, WORK)?;
-        }
-        let [below, above] = known.get();
-        if side.margin > 0.0 {
-            known.set([below.max(c), above]);
-        } else if side.margin < 0.0 {
-            known.set([below, above.min(c)]);
-        } else {
-            undecided.set(side.error);
-        }
-        Ok(side.margin)
-    };
-    // The signs at the bounds are checked nevertheless. The undamped orbit of a table may leave its data where orbits near c* do not: a failure is ignored.
-    if low < 0.0 && high > 0.0 && margin(0.0).is_ok_and(|margin| margin < 0.0) {
-        high = 0.0;
-    }
-    let from = if high > 0.0 { low.max(0.0) } else { low };
-    let mean = energy_balance(column) / column.epsilon;
-    let start = if mean.is_finite() { mean.clamp(from, high) } else { 0.5 * (from + high) };
-    let mut enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
-    let widest = Cell::new([from, high]);
-    let first_step = 0.1 * start.abs() + 1e-3 * (high - from);
-    let found = falling_bracket([start, first_step], [from, high], &mut margin).and_then(|bracket| {
-        let bracket = bracket.ok_or(NoCriticalDamping::NoVerdict)?;
-        widest.set([bracket.low.0, bracket.high.0]);
-        falling_root(bracket, enough, &mut margin)
-    });
-    let (mut c, mut bracket) = match found {
-        Ok(found) => found,
-        Err(why) => {
-            // The bounds by the orbits that were followed.
-            let [below, above] = known.get();
-            let (c, error) = (0.5 * (below + above), above - below);
-            return match error <= UNFINISHED * (low.abs() + high.abs()) {
-                true => Ok(CriticalDamping { c, error, rhs }),
-                false => Err(why),
-            };
-        }
-    };
-    // The divergence of a steep law is far larger than its c*, of which the tolerance leaves nothing then.
-    for _ in 0..REFINEMENTS {
-        let finer = RELATIVE * c.abs();
-        if enough <= finer || undecided.get() > 0.0 {
-            break;
-        }
-        let Ok(found) = falling_root(bracket, finer, &mut margin) else { break };
-        ((c, bracket), enough) = (found, finer);
-    }
-    // The resolution of the flow limits the error, though a secant may have left the other end of the bracket
-    // far away: the error is the distance of the nearest dampings, on either side, that the flow
-    // distinguishes at the fine tolerance.
-    let mut near = (2.0 * undecided.get() / bracket.steepness()).max(enough);
-    let [lowest, highest] = widest.get();
-    let mut fine = |c: f64| Ok(follow(c, FINE, 2 * WORK)?.margin);
-    loop {
-        let told_below = c - near <= lowest || fine(c - near)? > 0.0;
-        let told_above = c + near >= highest || fine(c + near)? < 0.0;
-        if told_below && told_above {
-            return Ok(CriticalDamping { c, error: near.min(highest - lowest), rhs });
-        }
-        near *= 2.0;
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -83,7 +83,7 @@ pub fn is_resolved(margin: f64, error: f64) -> bool {
 
 /// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] by the size of the divergence until the
 /// margin's sign is certain.
-pub(super) fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
+fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let mut tolerance = tolerance.min(COARSEST_DECISIVE);
     let mut spent = 0;
     loop {

@@ -51,7 +51,7 @@ pub struct Plan {
 }
 
 /// Numbers of budgets that the search of a critical damping and the backbones of a column may take.
-const CRITICAL: u128 = 5;
+const CRITICAL: u128 = 2;
 const BACKBONES: u128 = 12;
 
 /// Default bound on the error of the scaled grazing margin.
@@ -323,8 +323,7 @@ impl Plan {
     pub fn most_work(&self) -> u128 {
         let stored = |field, questions: u128| if self.stores(field) { questions } else { 0 };
         let limits = self.methods.len() as u128 * u128::from(limits::WORK.div_ceil(QUESTION));
-        // The critical damping by turns, by halves and by single orbits, whose search may take two budgets and an orbit;
-        // as much again of a curve without its drop; coarse and fine backbones, with a second attempt each.
+        // The critical damping by turns and by quarters; as much again of a curve without its drop; coarse and fine backbones, with a second attempt each.
         let of_column = 2 * CRITICAL + stored(Field::Sensitivity, CRITICAL) + 2 * BACKBONES;
         // The orbit from the exit point in two accuracies, by its turn and its landing, as often as a field asks for it.
         let orbit = 2 * self.methods.len() as u128;

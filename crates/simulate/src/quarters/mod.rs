@@ -292,7 +292,8 @@ impl<'a> Search<'a> {
             aim: aim.max(form.min(form_of_energy / (radius * radius))),
             is_accurate: false,
             depth: None,
-            depths: [f64::NEG_INFINITY, f64::INFINITY],
+            // The law may be known up to a slip speed only.
+            depths: [f64::NEG_INFINITY, 2.0 * ((curve.fastest() - belt_speed) / radius).ln()],
             above: None,
             before: None,
             square: radius * radius,
@@ -341,10 +342,11 @@ impl<'a> Search<'a> {
                 self.above = Some([forward, backward]);
                 // Right to first order in D.
                 let of_unit = |square: f64| (square / self.first.radius.powi(2)).ln();
-                self.depth = Some(match [forward.square, backward.square] {
+                let depth = match [forward.square, backward.square] {
                     [0.0, square] | [square, 0.0] => of_unit(square),
                     both => 0.5 * both.map(of_unit).iter().sum::<f64>(),
-                });
+                };
+                self.depth = Some(depth.min(self.depths[1] - SHORT_STEP));
                 None
             }
             // A rough quarter that nearly creeps up to the equilibrium may tell nothing.
