@@ -275,7 +275,7 @@ impl Table {
     }
 
     /// Standard error of -phi' at slip speed `u` with the unit of friction held fixed; `None` without standard
-    /// errors of the data. See [`Table::standard_errors_of_sum`].
+    /// errors of the data. See [`Table::standard_errors_of_data`].
     pub fn standard_error_of_weakening(&self, u: f64) -> Option<f64> {
         let mut by_data = vec![0.0; self.0.u.len()];
         let (first, by) = self.weakening_by_data(u);
@@ -285,20 +285,14 @@ impl Table {
     }
 
     /// Standard errors of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, by the errors
-    /// of the data and by that of the curve between them, each with its sampling error: with the unit of friction held fixed, and with the first datum as the unit;
-    /// `None` without standard errors of the data. `by_data` are the derivatives of the sum by the data, with
-    /// the unit held fixed.
+    /// of the data, each with its sampling error: with the unit of friction held fixed, and with the first datum as the
+    /// unit; `None` without standard errors of the data. `by_data` are the derivatives of the sum by the data, with the
+    /// unit held fixed.
     ///
     /// The slopes of the interpolant are not linear in the data: they vanish where the data turn, as nearly
     /// equal data do within their errors. So the variance is that of random data, with the variance to first
     /// order as control variate.
-    pub fn standard_errors_of_sum(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
-        let of_curve = self.error_of_curve(points);
-        let of_data = self.standard_errors_of_data(points, by_data)?;
-        Some(of_data.map(|(value, sampling)| (value.hypot(of_curve), sampling)))
-    }
-
-    fn standard_errors_of_data(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
+    pub fn standard_errors_of_data(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
         const DRAWS: u32 = 4096;
         let Cubics { u: knots, friction, static_level, .. } = &*self.0;
         let errors = self.0.errors.as_ref()?;

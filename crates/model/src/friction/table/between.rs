@@ -37,6 +37,13 @@ impl Table {
         (ranges.iter().map(|range| range * range).sum::<f64>() / 12.0).sqrt()
     }
 
+    /// Slip speeds at which the range jumps between two rows: where the edges meet. None without
+    /// [`Table::with_error_of_curve`].
+    pub fn meets(&self) -> Vec<f64> {
+        let pieces = if self.0.curve_errs { 0..self.pieces() } else { 0..0 };
+        pieces.filter_map(|piece| self.meet(piece)).collect()
+    }
+
     /// The standard error of -phi' at `u` by what the curve between the rows could be: the slope is anywhere from those
     /// of the pieces before and after to that of the chord.
     pub(super) fn error_of_slope(&self, u: f64) -> f64 {
@@ -61,14 +68,31 @@ impl Table {
     /// meet, and beyond that of the piece after.
     fn edge(&self, piece: usize, u: f64) -> f64 {
         let here = self.secant(piece);
-        let before = piece.checked_sub(1).map(|before| self.secant(before));
-        let after = (piece + 1 < self.pieces()).then(|| self.secant(piece + 1));
-        let (Some(before), Some(after)) = (before, after) else { return before.or(after).unwrap_or(here) };
-        let meet = (here - after) / (before - after);
-        if !(meet > 0.0 && meet < 1.0) {
-            return here;
+        match (self.beside(piece), self.meet(piece)) {
+            ([Some(before), Some(after)], Some(meet)) => {
+                if u < meet {
+                    before
+                } else {
+                    after
+                }
+            }
+            ([Some(_), Some(_)], None) => here,
+            ([before, after], _) => before.or(after).unwrap_or(here),
         }
+    }
+
+    /// The slip speed at which the edges meet; `None` where the curve bends both ways, and next to an end.
+    fn meet(&self, piece: usize) -> Option<f64> {
+        let [before, after] = self.beside(piece);
+        let (before, after) = (before?, after?);
+        let share = (self.secant(piece) - after) / (before - after);
         let ends = &self.0.u[piece..];
-        if u < ends[0] + meet * (ends[1] - ends[0]) { before } else { after }
+        (share > 0.0 && share < 1.0).then(|| ends[0] + share * (ends[1] - ends[0]))
+    }
+
+    /// The slopes of the pieces before and after.
+    fn beside(&self, piece: usize) -> [Option<f64>; 2] {
+        let before = piece.checked_sub(1).map(|before| self.secant(before));
+        [before, (piece + 1 < self.pieces()).then(|| self.secant(piece + 1))]
     }
 }
