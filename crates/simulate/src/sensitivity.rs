@@ -344,8 +344,10 @@ fn means(column: &Column, c: f64, orbit: &[(f64, f64)], total: f64) -> Means {
         for (term, by) in terms[2..].iter_mut().zip(of_drop.parameters.as_slice()) {
             term.add(by_drop * by);
         }
-        if let (Some((table, _)), Some(first)) = (measured, data.first_mut()) {
-            first.add(-by_drop / table.static_level());
+        if let Some((table, _)) = measured {
+            for (sum, by) in data.iter_mut().zip(table.first_by_data()) {
+                sum.add(-by_drop / table.static_level() * by);
+            }
         }
     }
     let over = |terms: Vec<Term>| terms.into_iter().map(|term| term.over(*epsilon)).collect();
