@@ -44,19 +44,23 @@ impl Table {
         pieces.filter_map(|piece| self.meet(piece)).collect()
     }
 
-    /// The standard error of -phi' at `u` by what the curve between the rows could be: the slope is anywhere from those
-    /// of the pieces before and after to that of the chord.
+    /// The standard error of -phi' at `u` by what the curve between the rows could be. Where it bends one way, its slope
+    /// is between those of the chords from the two rows to the other edge at `u`: at a row between the slopes of the
+    /// pieces on both sides, where the edges meet between those of the pieces before and after. The same formula is taken
+    /// where it bends both ways, and the slope of the only piece beside one at an end.
     pub(super) fn error_of_slope(&self, u: f64) -> f64 {
         if !self.0.curve_errs {
             return 0.0;
         }
         let piece = self.piece_at(u);
-        let near = piece.saturating_sub(1)..(piece + 2).min(self.pieces());
-        let secants = near.map(|piece| self.secant(piece));
-        let [least, most] = secants.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], secant| {
-            [least.min(secant), most.max(secant)]
-        });
-        (most - least) / 12f64.sqrt()
+        let ends = &self.0.u[piece..];
+        let share = (u - ends[0]) / (ends[1] - ends[0]);
+        let off = self.beside(piece).map(|slope| slope.map(|slope| (slope - self.secant(piece)).abs()));
+        let range = match off {
+            [Some(before), Some(after)] => (before / (1.0 - share)).min(after / share),
+            [before, after] => before.or(after).unwrap_or(0.0),
+        };
+        range / 12f64.sqrt()
     }
 
     fn secant(&self, piece: usize) -> f64 {
