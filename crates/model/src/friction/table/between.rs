@@ -5,7 +5,8 @@
 //! changes from one edge of this triangle to the other is the range that the rows leave open. The interpolant lies
 //! somewhere within, and the curve is taken to be anywhere in it, one piece independent of the next: the standard
 //! deviation is that of a uniform distribution. Where a curve bends both ways between two rows, what it gains in one
-//! half it loses in the other, and the range is taken as empty.
+//! half it loses in the other, and the range is taken as empty. Next to an end the triangle is open, and its other edge
+//! has the slope of the only piece beside.
 //!
 //! For exact rows of five laws, even, growing and random, from a tenth of
 //! the speed over which friction falls to four times it, the true critical damping was within two such errors in 95
@@ -31,7 +32,7 @@ impl Table {
         }
         let mut ranges = vec![0.0; self.pieces()];
         for &(u, weight) in points {
-            let piece = self.piece_at(u);
+            let piece = self.measured_piece_at(u);
             ranges[piece] += weight * (self.edge(piece, u) - self.secant(piece));
         }
         (ranges.iter().map(|range| range * range).sum::<f64>() / 12.0).sqrt()
@@ -52,7 +53,7 @@ impl Table {
         if !self.0.curve_errs {
             return 0.0;
         }
-        let piece = self.piece_at(u);
+        let piece = self.measured_piece_at(u);
         let ends = &self.0.u[piece..];
         let share = (u - ends[0]) / (ends[1] - ends[0]);
         let off = self.beside(piece).map(|slope| slope.map(|slope| (slope - self.secant(piece)).abs()));
@@ -61,6 +62,16 @@ impl Table {
             [before, after] => before.or(after).unwrap_or(0.0),
         };
         range / 12f64.sqrt()
+    }
+
+    /// The piece of `u` between two rows. A line from the two slowest rows to rest is that of the piece between these.
+    fn measured_piece_at(&self, u: f64) -> usize {
+        self.piece_at(u).max(self.first_piece())
+    }
+
+    /// The first piece between two rows.
+    fn first_piece(&self) -> usize {
+        usize::from(self.0.source.no_rest)
     }
 
     fn secant(&self, piece: usize) -> f64 {
@@ -94,9 +105,9 @@ impl Table {
         (share > 0.0 && share < 1.0).then(|| ends[0] + share * (ends[1] - ends[0]))
     }
 
-    /// The slopes of the pieces before and after.
+    /// The slopes of the pieces before and after, between rows.
     fn beside(&self, piece: usize) -> [Option<f64>; 2] {
-        let before = piece.checked_sub(1).map(|before| self.secant(before));
+        let before = (piece > self.first_piece()).then(|| self.secant(piece - 1));
         [before, (piece + 1 < self.pieces()).then(|| self.secant(piece + 1))]
     }
 }

@@ -161,6 +161,23 @@ fn the_curve_between_rows_has_an_error() {
     assert!(bent.error_of_curve(&all) < 1e-14);
 }
 
+/// A line to rest is no measured one: through (1, 1), (2, 0.5) and (3, 0.25) the curve may have the slope of -0.25 for -0.5
+/// as far as the second row.
+#[test]
+fn a_line_to_rest_leaves_the_curve_open() {
+    let data = [(0.0, 1.5), (1.0, 1.0), (2.0, 0.5), (3.0, 0.25)];
+    let table = Table::new("rows", &data, 1.5).unwrap().with_error_of_curve();
+    let table = table.with_source(Source { no_rest: true, ..Source::default() });
+    assert_eq!(table.meets(), []);
+    let found = table.error_of_curve(&[(0.5, 1.0), (1.5, 2.0)]);
+    assert!((found - 3.0 * 0.25 / 1.5 / 12f64.sqrt()).abs() < 1e-15, "{found}");
+    let exact = table.with_standard_errors(&[0.0; 4]).unwrap();
+    for u in [0.0, 0.5, 1.0, 1.999, 2.0, 2.5] {
+        let found = exact.standard_error_of_weakening(u).unwrap();
+        assert!((found - 0.25 / 1.5 / 12f64.sqrt()).abs() < 1e-15, "{u}: {found}");
+    }
+}
+
 /// The range of the slope is continuous, so that rounding does not decide. Of the curve of the test before, at the second
 /// and the third row it is that of the chords on both sides. Where the edges meet, at 4/3, it is the whole one; halfway
 /// the edge is at -0.375, and the slope between -0.75 and -0.25. A curve that bends both ways may be steeper between its
