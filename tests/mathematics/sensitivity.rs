@@ -196,6 +196,38 @@ fn standard_errors_are_those_of_random_tables() {
     }
 }
 
+/// The error by what the curve between exact rows could be is that of the weight on narrow ranges of slip speeds, from
+/// another orbit. Near the third belt speed the whole of the second piece is 0.
+#[test]
+fn the_error_of_the_curve_is_that_of_the_weight_of_slip_speeds() {
+    const PARTS: usize = 2000;
+    // Speeds in m/s and forces in N of a mass of 0.4 kg on a spring of 3e5 N/m.
+    let friction = [1216.67, 1055.0, 895.0, 780.0, 725.0, 710.0, 730.0, 740.0];
+    let speed = friction[0] / f64::sqrt(0.4 * 3e5);
+    let speeds = [0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0].map(|u| u / speed);
+    let data: Vec<(f64, f64)> = speeds.into_iter().zip(friction).collect();
+    let table = Table::new("rows", &data, friction[0]).unwrap().with_error_of_curve();
+    let law = Law::Table(table.with_standard_errors(&[0.0; 8]).unwrap());
+    for belt_speed in [0.0355, 0.0358, 0.0359, 0.0362] {
+        let column = law.column(&point(&law, 1.0, &[], belt_speed / speed));
+        let found = sensitivity(&column).unwrap().standard_error.unwrap();
+        let parts = influence(&column, PARTS).unwrap();
+        let points: Vec<(f64, f64)> =
+            parts.iter().map(|part| (0.5 * (part.from + part.to), part.share)).collect();
+        let expected = table.error_of_curve(&points);
+        // Of a part with a row, or with the place where the edges meet, up to half of the weight is on the other side,
+        // where slopes are other ones between 0 and the steepest. Over the square root of 12, as all else.
+        let cut = speeds.into_iter().chain(table.meets());
+        let cut = cut.filter_map(|u| parts.iter().find(|part| part.from < u && u < part.to));
+        let steepest = (1.0 - friction[1] / friction[0]) / speeds[1];
+        let cut = 0.5 * steepest * cut.map(|part| part.share).sum::<f64>() / 12f64.sqrt();
+        assert!(
+            (found.value - expected).abs() < cut + found.error,
+            "{belt_speed}: {found:?} {expected} {cut}"
+        );
+    }
+}
+
 #[test]
 fn where_no_legal_damping_is_critical_nothing_is_said() {
     let at = point(&Law::Stribeck, 0.1, &[0.9, 0.5, 1.0], 1.0);

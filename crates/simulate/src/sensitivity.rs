@@ -21,7 +21,7 @@ use super::dop853::STAGES;
 use super::work::Work;
 use super::{CriticalDamping, Failure, NoCriticalDamping, critical_damping};
 use slipmap_model::filippov::{Oscillator, Side};
-use slipmap_model::friction::{Column, Law};
+use slipmap_model::friction::{Column, Law, Table};
 use slipmap_numbers::gauss::Rule;
 use slipmap_numbers::jet::Jet;
 use slipmap_numbers::text::is_known;
@@ -120,7 +120,9 @@ pub fn sensitivity_of_any_sign(column: &Column) -> Result<Sensitivity, NoSensiti
 /// The derivatives on the orbit that grazes at the damping `critical`.
 fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensitivity> {
     let work = Work::of_question(&column.curve);
-    let orbit = |c: f64, tolerance: f64| grazing_orbit(column, c, tolerance, &[], &work);
+    // What the curve between rows could be jumps within their pieces.
+    let edges = column.curve.table().map(Table::meets).unwrap_or_default();
+    let orbit = |c: f64, tolerance: f64| grazing_orbit(column, c, tolerance, &edges, &work);
     let c = beyond(critical);
     let Weighted { samples, total } = orbit(c, TOLERANCES[0])?;
     let fine = means(column, critical.c, &samples, total);
@@ -141,7 +143,7 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
             *value = f64::NAN;
         }
     }
-    let standard_errors = standard_errors(column, &samples, &by_data);
+    let standard_errors = standard_errors(column, [&samples, &rough.samples], &by_data);
     Ok(Sensitivity {
         critical,
         by_epsilon: estimates[0],
@@ -153,9 +155,13 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
     })
 }
 
-/// Standard errors of c* by those of a table's data, with the unit of friction held fixed and moved; `None`
-/// without them.
-fn standard_errors(column: &Column, orbit: &[(f64, f64)], by_data: &[Estimate]) -> Option<[Estimate; 2]> {
+/// Standard errors of c* by those of a table's data and the curve between them, with the unit of friction held fixed and
+/// moved, on the first of two orbits; the other one is much coarser. `None` without errors of the data.
+fn standard_errors(
+    column: &Column,
+    orbits: [&[(f64, f64)]; 2],
+    by_data: &[Estimate],
+) -> Option<[Estimate; 2]> {
     let (table, epsilon) = (column.curve.table()?, column.epsilon);
     let errors = table.standard_errors()?;
     let of_rate: Vec<f64> = by_data.iter().map(|by| by.value * epsilon).collect();
@@ -163,19 +169,20 @@ fn standard_errors(column: &Column, orbit: &[(f64, f64)], by_data: &[Estimate]) 
     let found = match column.curve.drop() > 0.0 {
         true => {
             let squares = of_rate.iter().zip(errors).map(|(by, error)| (by * error).powi(2));
-            [(squares.sum::<f64>().sqrt().hypot(table.error_of_curve(orbit)), 0.0); 2]
+            [(squares.sum::<f64>().sqrt(), 0.0); 2]
         }
-        false => table.standard_errors_of_sum(orbit, &of_rate)?,
+        false => table.standard_errors_of_data(orbits[0], &of_rate)?,
     };
+    let [of_curve, coarse] = orbits.map(|orbit| table.error_of_curve(orbit));
     // The root of a sum of squares changes at most by that of the changes.
     let of_orbit =
         by_data.iter().zip(errors).map(|(by, error)| (by.error * error).powi(2)).sum::<f64>().sqrt();
-    Some(
-        found.map(|(value, sampling)| Estimate {
-            value: value / epsilon,
-            error: sampling / epsilon + of_orbit,
-        }),
-    )
+    Some(found.map(|(of_data, sampling)| {
+        let value = of_data.hypot(of_curve);
+        let sampling = if value > 0.0 { sampling * (of_data / value) } else { 0.0 };
+        let of_orbit = of_orbit + (of_curve - coarse).abs() / epsilon;
+        Estimate { value: value / epsilon, error: sampling / epsilon + of_orbit }
+    }))
 }
 
 /// The weight of the friction's slope for the critical damping, on `parts` equal ranges of slip speeds from 0
@@ -337,8 +344,10 @@ fn means(column: &Column, c: f64, orbit: &[(f64, f64)], total: f64) -> Means {
         for (term, by) in terms[2..].iter_mut().zip(of_drop.parameters.as_slice()) {
             term.add(by_drop * by);
         }
-        if let (Some((table, _)), Some(first)) = (measured, data.first_mut()) {
-            first.add(-by_drop / table.static_level());
+        if let Some((table, _)) = measured {
+            for (sum, by) in data.iter_mut().zip(table.first_by_data()) {
+                sum.add(-by_drop / table.static_level() * by);
+            }
         }
     }
     let over = |terms: Vec<Term>| terms.into_iter().map(|term| term.over(*epsilon)).collect();

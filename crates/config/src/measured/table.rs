@@ -58,10 +58,9 @@ impl Measured {
         let mut said = self.said.clone();
         let (level, onset) = self.rest(level)?;
         let mut rows = self.averaged(&onset, &mut said);
-        let mut level = level;
-        if onset.is_empty() && !matches!(level, Level::Peak) {
-            self.continue_to_rest(&mut rows, &mut level, &mut said)?;
-        }
+        let no_rest = onset.is_empty()
+            && !matches!(level, Level::Peak)
+            && self.continue_to_rest(&mut rows, level, &mut said)?;
         let place = |row: Option<usize>| {
             let line = row.and_then(|row| rows.get(row)).map(|row| row.line).filter(|line| *line > 0);
             line.map_or_else(|| self.name.clone(), |line| format!("{}:{line}", self.name))
@@ -90,6 +89,7 @@ impl Measured {
             readings: self.at_rest.len() + self.in_slip.len() - usize::from(onset.len() < self.at_rest.len()),
             told: (!said.is_empty()).then(|| format!("{}: {}", self.name, said.join("; "))),
             forces: self.forces == Some(true),
+            no_rest,
         };
         table
             .and_then(|table| if has_errors { table.with_standard_errors(&errors) } else { Ok(table) })
@@ -168,13 +168,14 @@ impl Measured {
         segments(&pairs(&self.in_slip), self.is_record.then_some(&passages))
     }
 
-    /// Without a row at rest friction in slip begins on the line through the two slowest ones.
+    /// Without a row at rest friction in slip begins on the line through the two slowest ones, or at the friction at
+    /// rest where that is less, which is exact. Returns whether it is the line.
     fn continue_to_rest(
         &self,
         rows: &mut Vec<Reading>,
-        level: &mut Level,
+        level: Level,
         said: &mut Vec<String>,
-    ) -> Result<(), Told> {
+    ) -> Result<bool, Told> {
         let [near, far, ..] = rows[..] else {
             return Err((
                 format!("{}: there are only {} slip speeds", self.name, rows.len()),
@@ -188,17 +189,18 @@ impl Measured {
             return Err((problem, remedy.into()));
         }
         let share = near.speed / (far.speed - near.speed);
-        let mut friction = near.friction + share * (near.friction - far.friction);
-        if let Level::Given(level) = level {
-            friction = friction.min(*level);
-        }
+        let line = near.friction + share * (near.friction - far.friction);
         let error = ((1.0 + share) * near.error).hypot(share * far.error);
+        let (friction, error, is_line) = match level {
+            Level::Given(level) if level < line => (level, 0.0 * error, false),
+            _ => (line, error, true),
+        };
         said.push(format!(
             "no row at rest: friction in slip begins at {}, on the line through the two slowest",
             slipmap_numbers::text::rounded(friction, 4)
         ));
         rows.insert(0, Reading { speed: 0.0, friction, error, ..near });
-        Ok(())
+        Ok(is_line)
     }
 }
 

@@ -1,7 +1,10 @@
 //! Files as rigs and spreadsheets write them.
 
 use super::*;
-use slipmap_model::friction::Table;
+use slipmap_model::friction::{Law, Table};
+use slipmap_model::point::{LawParameters, Point};
+use slipmap_simulate::critical_damping;
+use slipmap_simulate::sensitivity::sensitivity;
 
 const MACHINE: OfMachine = OfMachine { motion: Some(Motion::Translation), forces: None };
 
@@ -144,4 +147,47 @@ fn a_record_over_time_is_reduced() {
     for (row, error) in rows.iter().zip(errors).skip(1) {
         assert!((row.1 - friction(row.0)).abs() < 5.0 * error && *error < 0.5, "{row:?} {error}");
     }
+}
+
+/// Without a row at rest the first datum moves with the two slowest rows, also where it is less than the friction at rest:
+/// the standard error is that of the critical dampings of files whose rows are moved. Below the line friction at rest is
+/// exact.
+#[test]
+fn a_law_that_begins_on_a_line_moves_with_the_two_slowest_rows() {
+    let speeds: [f64; 8] = [0.0003, 0.006, 0.015, 0.03, 0.06, 0.15, 0.3, 0.6];
+    let friction = speeds.map(|u| 700.0 + 500.0 * (-u / 0.015).exp());
+    // So small that all is of first order.
+    let error = 1e-3;
+    let read = |friction: &[f64], level: Level| {
+        let rows = speeds.iter().zip(friction).map(|(u, force)| format!("{u},{force},{error}\n"));
+        let text = format!("v,F [N],se\n{}", rows.collect::<String>());
+        Measured::of_bytes("pad.csv", text.as_bytes(), Some(MACHINE)).unwrap().table(level).unwrap()
+    };
+    let column = |table: Table| {
+        let law = Law::Table(table);
+        law.column(&Point { epsilon: 1.0, damping: 0.0, belt_speed: 0.0015, law: LawParameters::new(&[]) })
+    };
+    for level in [Level::First, Level::Given(1300.0)] {
+        let table = read(&friction, level);
+        let of = |table: Table| sensitivity(&column(table)).unwrap().standard_error.unwrap().value;
+        let of_curve = of(table.with_standard_errors(&[0.0; 9]).unwrap());
+        let found = (of(table.clone()).powi(2) - of_curve.powi(2)).sqrt();
+        let by_row = |row: usize| {
+            let at = |moved: f64| {
+                let mut friction = friction;
+                friction[row] += moved;
+                critical_damping(&column(read(&friction, level)), 1e-12).unwrap().c
+            };
+            (at(0.1) - at(-0.1)) / 0.2
+        };
+        let expected = error * (0..8).map(|row| by_row(row).powi(2)).sum::<f64>().sqrt();
+        // Three deviations of the one of 4,096 draws.
+        assert!((found / expected - 1.0).abs() < 3.0 / f64::sqrt(2.0 * 4096.0), "{found} {expected}");
+        let mut random = slipmap_numbers::random::Random(2);
+        let drawn: Vec<(f64, f64)> = table.drawn(|| random.normal()).unwrap().data().take(3).collect();
+        let [rest, near, far] = drawn[..] else { panic!("{drawn:?}") };
+        let line = near.1 + near.0 / (far.0 - near.0) * (near.1 - far.1);
+        assert!((rest.1 - line).abs() < 1e-12 * line && near.1 != friction[0], "{drawn:?}");
+    }
+    assert_eq!(read(&friction, Level::Given(1190.0)).standard_errors().unwrap()[0], 0.0);
 }

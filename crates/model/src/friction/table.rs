@@ -77,6 +77,8 @@ pub struct Source {
     pub told: Option<String>,
     /// Whether the friction is a force.
     pub forces: bool,
+    /// Whether no row is at rest: the first datum is on the line through the next two, and moves with them.
+    pub no_rest: bool,
 }
 
 /// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0: these coefficients.
@@ -228,8 +230,10 @@ impl Table {
     /// [`TableError`] if that is no law.
     pub fn drawn(&self, mut normal: impl FnMut() -> f64) -> Result<Self, TableError> {
         let errors = self.standard_errors().into_iter().flatten();
-        let moved = self.data().zip(errors).map(|((u, level), error)| (u, level + error * normal()));
-        let data: Vec<(f64, f64)> = moved.collect();
+        let mut moved: Vec<f64> = errors.map(|error| error * normal()).collect();
+        moved[0] = self.of_first(&moved);
+        let data: Vec<(f64, f64)> =
+            self.data().zip(moved).map(|((u, level), moved)| (u, level + moved)).collect();
         let rest = if self.0.may_drop { self.static_level().max(data[0].1) } else { data[0].1 };
         Self::of_data(self.origin(), &data, rest, self.0.may_drop)
     }
@@ -253,9 +257,24 @@ impl Table {
         self.0.errors.as_deref()
     }
 
+    /// Derivatives of the first datum by the first three: by itself, or by the two rows through which its line goes.
+    #[must_use]
+    pub fn first_by_data(&self) -> [f64; 3] {
+        if !self.0.source.no_rest {
+            return [1.0, 0.0, 0.0];
+        }
+        let share = self.0.u[1] / (self.0.u[2] - self.0.u[1]);
+        [0.0, 1.0 + share, -share]
+    }
+
+    /// The change of the first datum where the data are moved by `moved`.
+    fn of_first(&self, moved: &[f64]) -> f64 {
+        self.first_by_data().iter().zip(moved).map(|(by, moved)| by * moved).sum()
+    }
+
     /// Derivatives of -phi' at slip speed `u` with respect to the data next to it. Returns the index of the
     /// first of these data, and the derivatives with respect to its friction value, as given, and those of
-    /// the next three data; zero for data that do not exist.
+    /// the next three data; zero for data that do not exist, and for a first one that moves with the next.
     #[must_use]
     pub fn weakening_by_data(&self, u: f64) -> (usize, [f64; 4]) {
         let Cubics { u: knots, phi, static_level, .. } = &*self.0;
@@ -271,11 +290,16 @@ impl Table {
             let secant = (weight(i + 1) - weight(i)) / h;
             -hermite_slope((u - knots[i]) / h, secant, s0, s1) / static_level
         };
-        (first, std::array::from_fn(|k| if first + k < last { derivative(first + k) } else { 0.0 }))
+        let mut by = std::array::from_fn(|k| if first + k < last { derivative(first + k) } else { 0.0 });
+        if first == 0 {
+            let of_first = std::mem::take(&mut by[0]);
+            by.iter_mut().zip(self.first_by_data()).for_each(|(by, part)| *by += of_first * part);
+        }
+        (first, by)
     }
 
     /// Standard error of -phi' at slip speed `u` with the unit of friction held fixed; `None` without standard
-    /// errors of the data. See [`Table::standard_errors_of_sum`].
+    /// errors of the data. See [`Table::standard_errors_of_data`].
     pub fn standard_error_of_weakening(&self, u: f64) -> Option<f64> {
         let mut by_data = vec![0.0; self.0.u.len()];
         let (first, by) = self.weakening_by_data(u);
@@ -285,22 +309,16 @@ impl Table {
     }
 
     /// Standard errors of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, by the errors
-    /// of the data and by that of the curve between them, each with its sampling error: with the unit of friction held fixed, and with the first datum as the unit;
-    /// `None` without standard errors of the data. `by_data` are the derivatives of the sum by the data, with
-    /// the unit held fixed.
+    /// of the data, each with its sampling error: with the unit of friction held fixed, and with the first datum as the
+    /// unit; `None` without standard errors of the data. `by_data` are the derivatives of the sum by the data, with the
+    /// unit held fixed.
     ///
     /// The slopes of the interpolant are not linear in the data: they vanish where the data turn, as nearly
     /// equal data do within their errors. So the variance is that of random data, with the variance to first
     /// order as control variate.
-    pub fn standard_errors_of_sum(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
-        let of_curve = self.error_of_curve(points);
-        let of_data = self.standard_errors_of_data(points, by_data)?;
-        Some(of_data.map(|(value, sampling)| (value.hypot(of_curve), sampling)))
-    }
-
-    fn standard_errors_of_data(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
+    pub fn standard_errors_of_data(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
         const DRAWS: u32 = 4096;
-        let Cubics { u: knots, friction, static_level, .. } = &*self.0;
+        let Cubics { u: knots, friction, static_level, source, .. } = &*self.0;
         let errors = self.0.errors.as_ref()?;
         if errors.iter().all(|error| *error == 0.0) {
             return Some([(0.0, 0.0); 2]);
@@ -318,6 +336,9 @@ impl Table {
             // The slopes at the ends of the piece follow from these data alone.
             (first, last) = (first.min(i.saturating_sub(1)), last.max((i + 3).min(knots.len())));
         }
+        if source.no_rest {
+            first = 0;
+        }
         let knots = &knots[first..last];
         let sum = |friction: &[Jet<f64, 1>]| {
             let of_slopes = slopes(knots, friction).into_iter().zip(&by_slope[first..]);
@@ -330,15 +351,21 @@ impl Table {
         let nominal = sum(&nominal);
         let by_unit = -nominal / static_level / friction[0];
         let mut random = Random(16);
-        let mut near = vec![Jet::of(0.0); last - first];
+        let (mut moved, mut near) = (vec![0.0; last - first], vec![Jet::of(0.0); last - first]);
         // Sums of the excess over first order, of the squares x of the sum and y of that to first order, and of
         // x x, x y and y y.
         let mut sums = [[0.0; 6]; 2];
         for _ in 0..DRAWS {
-            let of_unit = errors[0] * random.normal();
+            let mut of_unit = errors[0] * random.normal();
+            for (k, moved) in (first..last).zip(&mut moved) {
+                *moved = if k == 0 { of_unit } else { errors[k] * random.normal() };
+            }
+            if first == 0 {
+                of_unit = self.of_first(&moved);
+                moved[0] = of_unit;
+            }
             let mut linear = 0.0;
-            for (k, near) in (first..last).zip(&mut near) {
-                let moved = if k == 0 { of_unit } else { errors[k] * random.normal() };
+            for ((k, near), moved) in (first..last).zip(&mut near).zip(&moved) {
                 *near = Jet::of(friction[k] + moved);
                 linear += by_data[k] * moved;
             }
@@ -351,8 +378,9 @@ impl Table {
             }
         }
         let with_unit = |unit: f64, sums: [f64; 6]| {
-            let moved = by_data.iter().zip(errors).enumerate();
-            let moved = moved.map(|(k, (by, error))| (by + if k == 0 { unit } else { 0.0 }) * error);
+            let of_first = self.first_by_data().into_iter().chain(std::iter::repeat(0.0));
+            let moved = by_data.iter().zip(errors).zip(of_first);
+            let moved = moved.map(|((by, error), of_first)| (by + unit * of_first) * error);
             let linear = moved.map(|moved| moved * moved).sum::<f64>();
             let [mean, x, y, xx, xy, yy] = sums.map(|sum| sum / f64::from(DRAWS));
             // The mean of y is known, so that of x moves with the one drawn, as the regression of x on y tells.
@@ -402,14 +430,16 @@ impl Table {
     /// which is that of independent errors where the curve hardly bends between rows (Gasser, Sroka and
     /// Jennen-Steinmetz, Biometrika 73, 1986); by the median, since it may bend at some. In the units of the friction.
     pub fn scatter(&self) -> f64 {
-        let Cubics { u, friction, .. } = &*self.0;
+        let Cubics { u, friction, source, .. } = &*self.0;
         let size = |i: usize| {
             let after = (u[i] - u[i - 1]) / (u[i + 1] - u[i - 1]);
             let before = 1.0 - after;
             let miss = before * friction[i - 1] + after * friction[i + 1] - friction[i];
             miss.abs() / (before * before + after * after + 1.0).sqrt()
         };
-        let mut sizes: Vec<f64> = (1..self.pieces()).map(size).collect();
+        // Of the slowest row after one that is on its line nothing is missed.
+        let first = 1 + usize::from(source.no_rest);
+        let mut sizes: Vec<f64> = (first..self.pieces()).map(size).collect();
         sizes.sort_by(f64::total_cmp);
         let count = sizes.len();
         0.5 * (sizes[(count - 1) / 2] + sizes[count / 2]) / MEDIAN_SIZE

@@ -5,7 +5,8 @@
 //! changes from one edge of this triangle to the other is the range that the rows leave open. The interpolant lies
 //! somewhere within, and the curve is taken to be anywhere in it, one piece independent of the next: the standard
 //! deviation is that of a uniform distribution. Where a curve bends both ways between two rows, what it gains in one
-//! half it loses in the other, and the range is taken as empty.
+//! half it loses in the other, and the range is taken as empty. Next to an end the triangle is open, and its other edge
+//! has the slope of the only piece beside.
 //!
 //! For exact rows of five laws, even, growing and random, from a tenth of
 //! the speed over which friction falls to four times it, the true critical damping was within two such errors in 95
@@ -31,25 +32,46 @@ impl Table {
         }
         let mut ranges = vec![0.0; self.pieces()];
         for &(u, weight) in points {
-            let piece = self.piece_at(u);
+            let piece = self.measured_piece_at(u);
             ranges[piece] += weight * (self.edge(piece, u) - self.secant(piece));
         }
         (ranges.iter().map(|range| range * range).sum::<f64>() / 12.0).sqrt()
     }
 
-    /// The standard error of -phi' at `u` by what the curve between the rows could be: the slope is anywhere from those
-    /// of the pieces before and after to that of the chord.
+    /// Slip speeds at which the range jumps between two rows: where the edges meet. None without
+    /// [`Table::with_error_of_curve`].
+    pub fn meets(&self) -> Vec<f64> {
+        let pieces = if self.0.curve_errs { 0..self.pieces() } else { 0..0 };
+        pieces.filter_map(|piece| self.meet(piece)).collect()
+    }
+
+    /// The standard error of -phi' at `u` by what the curve between the rows could be. Where it bends one way, its slope
+    /// is between those of the chords from the two rows to the other edge at `u`: at a row between the slopes of the
+    /// pieces on both sides, where the edges meet between those of the pieces before and after. The same formula is taken
+    /// where it bends both ways, and the slope of the only piece beside one at an end.
     pub(super) fn error_of_slope(&self, u: f64) -> f64 {
         if !self.0.curve_errs {
             return 0.0;
         }
-        let piece = self.piece_at(u);
-        let near = piece.saturating_sub(1)..(piece + 2).min(self.pieces());
-        let secants = near.map(|piece| self.secant(piece));
-        let [least, most] = secants.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], secant| {
-            [least.min(secant), most.max(secant)]
-        });
-        (most - least) / 12f64.sqrt()
+        let piece = self.measured_piece_at(u);
+        let ends = &self.0.u[piece..];
+        let share = (u - ends[0]) / (ends[1] - ends[0]);
+        let off = self.beside(piece).map(|slope| slope.map(|slope| (slope - self.secant(piece)).abs()));
+        let range = match off {
+            [Some(before), Some(after)] => (before / (1.0 - share)).min(after / share),
+            [before, after] => before.or(after).unwrap_or(0.0),
+        };
+        range / 12f64.sqrt()
+    }
+
+    /// The piece of `u` between two rows. A line from the two slowest rows to rest is that of the piece between these.
+    fn measured_piece_at(&self, u: f64) -> usize {
+        self.piece_at(u).max(self.first_piece())
+    }
+
+    /// The first piece between two rows.
+    fn first_piece(&self) -> usize {
+        usize::from(self.0.source.no_rest)
     }
 
     fn secant(&self, piece: usize) -> f64 {
@@ -61,14 +83,31 @@ impl Table {
     /// meet, and beyond that of the piece after.
     fn edge(&self, piece: usize, u: f64) -> f64 {
         let here = self.secant(piece);
-        let before = piece.checked_sub(1).map(|before| self.secant(before));
-        let after = (piece + 1 < self.pieces()).then(|| self.secant(piece + 1));
-        let (Some(before), Some(after)) = (before, after) else { return before.or(after).unwrap_or(here) };
-        let meet = (here - after) / (before - after);
-        if !(meet > 0.0 && meet < 1.0) {
-            return here;
+        match (self.beside(piece), self.meet(piece)) {
+            ([Some(before), Some(after)], Some(meet)) => {
+                if u < meet {
+                    before
+                } else {
+                    after
+                }
+            }
+            ([Some(_), Some(_)], None) => here,
+            ([before, after], _) => before.or(after).unwrap_or(here),
         }
+    }
+
+    /// The slip speed at which the edges meet; `None` where the curve bends both ways, and next to an end.
+    fn meet(&self, piece: usize) -> Option<f64> {
+        let [before, after] = self.beside(piece);
+        let (before, after) = (before?, after?);
+        let share = (self.secant(piece) - after) / (before - after);
         let ends = &self.0.u[piece..];
-        if u < ends[0] + meet * (ends[1] - ends[0]) { before } else { after }
+        (share > 0.0 && share < 1.0).then(|| ends[0] + share * (ends[1] - ends[0]))
+    }
+
+    /// The slopes of the pieces before and after, between rows.
+    fn beside(&self, piece: usize) -> [Option<f64>; 2] {
+        let before = (piece > self.first_piece()).then(|| self.secant(piece - 1));
+        [before, (piece + 1 < self.pieces()).then(|| self.secant(piece + 1))]
     }
 }
