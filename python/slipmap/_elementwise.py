@@ -53,8 +53,8 @@ def critical_c(
     c : ndarray, scalar, DataArray, Series or dask array
         Of the shape to which the arguments broadcast; dimensions, coordinates and the index of a Series are kept, and
         what is masked in an argument is masked.
-        Negative where no damping c >= 0 is small enough; NaN where an argument is NaN, where the flow gives
-        no verdict next to the boundary, and where the error is more than 1 % of it (and 1e-9).
+        Negative where no damping c >= 0 is small enough; NaN where an argument is NaN, where the orbit
+        that grazes the belt line cannot be followed, and where the error is more than 1 % of it (and 1e-9).
     error : like `c`
         Estimate of its absolute error, also where that is too large for a value; only if `return_error`.
 
