@@ -145,7 +145,7 @@ class MapAccessor:
     @property
     def _damping(self) -> str:
         """The axis of the damping: c, or that of a machine."""
-        return "c" if "c" in self._data.dims else "damping"
+        return next((axis for axis in ("c", "damping_ratio") if axis in self._data.dims), "damping")
 
     def boundary(self, method: str = REFERENCE) -> xr.DataArray:
         """Damping at which a method's verdict changes from presence, in each column.

@@ -32,5 +32,5 @@ def _decode(kind: Any, data: Any) -> Any:
         names = {it.metadata.get("key", it.name): it.name for it in fields(kind)}
         # Strict: what the compiled part tells and a class lacks is an error.
         return kind(**{names[key]: _decode(hints[names[key]], entry) for key, entry in data.items()})  # type: ignore[operator]
-    # JSON has no infinity: limits beyond all epsilon examined are the text "inf".
+    # JSON has no infinity: it is the text "inf" or "-inf".
     return float(data) if kind is float else data

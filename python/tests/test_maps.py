@@ -283,3 +283,19 @@ def test_the_map_of_an_uncertain_machine_has_its_probability(tmp_path):
     assert float(own.normal_force) == 1000.0
     ax = own.slipmap.plot("stick_slip_probability", x="belt_speed")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("belt_speed", "damping")
+
+
+def test_boundaries_of_a_machine_are_along_its_damping_ratio(tmp_path):
+    config = tmp_path / "pad.toml"
+    config.write_text(
+        "[machine]\nmass = 2.0\nfrequency = 80.0\nnormal_force = 1000.0\nstatic_friction = 0.4\nkinetic_friction = 0.25\n"
+        "stribeck_velocity = 0.05\nbelt_speed = [0.05, 0.1]\ndamping_ratio = { from = 0.0, to = 2.0, points = 21 }\n"
+    )
+    data = slipmap.run(config, set={"audit.cells": 0})
+    exact = data.slipmap.boundary()
+    assert exact.equals(data.critical_damping_ratio_simulation)
+    coarse = data.drop_vars(exact.name).slipmap.boundary()
+    assert coarse.dims == exact.dims and np.isfinite(coarse).all()
+    assert (abs(exact - coarse) <= 0.05).all()
+    ax = data.slipmap.plot("regime")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("belt_speed", "damping_ratio") and len(ax.lines) == 1

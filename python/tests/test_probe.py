@@ -255,3 +255,10 @@ def test_curves_of_a_plane():
     assert (np.abs(critical - grazing.c) <= 1e-8 + 4.5 * grazing.error).all()
     with pytest.raises(ValueError, match="two parameters make a plane"):
         slipmap.curves(law, V=[0.5, 2.0], c=0.1, epsilon=0.1)
+
+
+def test_a_margin_may_be_infinite():
+    answer = slipmap.probe(slipmap.Law.stribeck(1.0, 0.5, 0.0), V=3.0, c=0.1, epsilon=1.0)
+    assert answer.methods["symmetric"].margin == -np.inf
+    assert answer.to_dict()["methods"]["symmetric"]["margin"] == "-inf"
+    assert answer.methods["event_step"].margin is None

@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     /// Bound on the error of the scaled grazing margin m / V that the simulation aims at
     #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance, default_value = "1e-9")]
     pub(super) tolerance: f64,
-    /// Print JSON instead of text
+    /// Print JSON instead of text; an infinite number is the text "inf" or "-inf", and null is none
     #[arg(long, conflicts_with = "points")]
     json: bool,
     /// Draw the phase portrait, and position and velocity against time; .svg, .pdf or .png

@@ -244,10 +244,10 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
         row.push_field(number(method.margin * factor(&name)).as_bytes());
     }
     let damping = si.map_or(1.0, |si| si.damping);
-    let simulation = answer.methods.iter().find(|of| of.method == Method::Simulation);
+    let root = answer.critical.ok();
     let scaled = |of: Option<f64>| of.map_or(f64::NAN, |x| x * damping);
-    let critical = scaled(simulation.and_then(|of| of.critical_c));
-    let error = scaled(simulation.and_then(|of| of.critical_c_error));
+    let critical = scaled(root.and_then(|root| root.known().ok()).map(|root| root.c));
+    let error = scaled(root.map(|root| root.error));
     row.push_field(number(critical).as_bytes());
     row.push_field(if error.is_nan() { String::new() } else { short(error) }.as_bytes());
     if let (Some(of), Some(machine)) = (with_errors(job), &machine) {

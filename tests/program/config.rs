@@ -1,5 +1,8 @@
 //! Every unusable configuration gives one message with place, value and remedy, exit code 2, and no file.
 
+use slipmap::config::Job;
+use slipmap::map::Plane;
+
 use crate::command::Scratch;
 
 /// A legal configuration, one statement per line, so that a test can replace one.
@@ -316,6 +319,34 @@ fn planes_of_curves() {
     let law = "[friction]\nlaw = \"expression\"\nphi = \"1/(1 + error*u)\"\n[grid]\nepsilon = 0.1\nerror = [1.0, 2.0]\nV = [1.0, 2.0]\nc = [0.0, 1.0]\n";
     let planes = "[curves]\nplanes = [{ x = \"V\", y = \"c\" }]\n";
     refused(format!("{law}{planes}"), &["curves cannot be stored beside a parameter called `error`"]);
+}
+
+/// Of a machine the place of a plane may have a unit.
+#[test]
+fn planes_of_curves_of_a_machine() {
+    let text = |force: &str| {
+        format!(
+            "[machine]\nmass = 2.0\nstiffness = 5e5\nnormal_force = {{ from = \"10 kN\", to = \"100 kN\", points = 4 }}\n\
+             static_friction = 0.4\nkinetic_friction = 0.25\nstribeck_velocity = 0.05\nbelt_speed = [0.1, 0.2]\n\
+             damping = [0.0, 50.0]\n[curves]\nplanes = [{{ x = \"belt_speed\", y = \"damping\", at = {{ normal_force = {force} }} }}]\n"
+        )
+    };
+    let scratch = Scratch::new();
+    for force in ["\"40 kN\"", "\"0.042 MN\"", "\"41000 N\"", "40000"] {
+        scratch.file("pad.toml", text(force));
+        let job = Job::load(&scratch.path().join("pad.toml"), &[]).unwrap();
+        assert_eq!(job.plan.planes, [Plane::new(1, 2, vec![1, 0, 0])], "{force}");
+    }
+    let place = |value: &str| format!("bad.toml:11:68 & curves.planes[0].at.normal_force = {value}: ");
+    for (force, problem) in [
+        ("50", "the axis normal_force goes from 10000 N to 100000 N & a number without a unit is in N"),
+        ("\"200 kN\"", "the axis normal_force goes from 10000 N to 100000 N"),
+        ("\"50 mm\"", "mm is no unit of normal force & write it in N"),
+        ("\"fifty\"", "this is text, not a number"),
+    ] {
+        let parts = format!("{}{problem}", place(force));
+        refused(text(force), &parts.split(" & ").collect::<Vec<_>>());
+    }
 }
 
 /// A name, a unit or a row may be a whole file by mistake: the message says where it is and how it begins.

@@ -1,5 +1,6 @@
 //! The planes of a configuration in which a run stores curves of codimension one.
 
+use super::machine::in_si;
 use super::source::{ConfigError, Node, Section, Shape};
 use super::{choice, nearest, refuse_unknown_keys};
 use slipmap_map::map::{Axis, CURVE_COLUMNS, Grid, Plane};
@@ -10,8 +11,8 @@ const PLANE_KEYS: [&str; 3] = ["x", "y", "at"];
 
 const EXAMPLE: &str = "{ x = \"V\", y = \"c\" }";
 
-/// Reads the planes.
-pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigError> {
+/// Reads the planes; `machine` is the section of the grid's machine, if it is one's.
+pub(super) fn read(section: &Section, machine: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigError> {
     let Some(node) = section.get("planes") else {
         return match section.is_present() {
             true => {
@@ -30,7 +31,7 @@ pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigE
         let Shape::Table(table) = element.shape() else {
             return Err(element.wrong_kind(&format!("a plane such as {EXAMPLE}")));
         };
-        let plane = plane(&table, grid)?;
+        let plane = plane(&table, machine, grid)?;
         if planes.iter().any(|other| *other == plane || *other == plane.turned()) {
             return Err(element.error("this plane is named twice", "take out the repetition"));
         }
@@ -39,7 +40,7 @@ pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigE
     Ok(planes)
 }
 
-fn plane(table: &Section, grid: &Grid) -> Result<Plane, ConfigError> {
+fn plane(table: &Section, machine: &Section, grid: &Grid) -> Result<Plane, ConfigError> {
     refuse_unknown_keys(table, &PLANE_KEYS)?;
     let axes = grid.axes();
     let known = match grid.machine() {
@@ -47,7 +48,7 @@ fn plane(table: &Section, grid: &Grid) -> Result<Plane, ConfigError> {
         None => Grid::axis_names(grid.law()),
     };
     let place = |name: &'static str| Some((name, axes.iter().position(|axis| axis.name == name)?));
-    let names: Vec<(&str, usize)> = known.into_iter().filter_map(place).collect();
+    let names: Vec<(&'static str, usize)> = known.into_iter().filter_map(place).collect();
     let shown = |key: &str| {
         let node =
             table.get(key).ok_or_else(|| table.missing(key, format!("a plane is written {EXAMPLE}")))?;
@@ -66,7 +67,7 @@ fn plane(table: &Section, grid: &Grid) -> Result<Plane, ConfigError> {
     let at = table.section("at")?;
     for key in at.keys() {
         let known: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
-        let Some(&(_, axis)) = names.iter().find(|(name, _)| *name == key) else {
+        let Some(&(name, axis)) = names.iter().find(|(name, _)| *name == key) else {
             return Err(at.unknown(&key, nearest("axis", &key, &known)));
         };
         if axis == x || axis == y {
@@ -76,19 +77,27 @@ fn plane(table: &Section, grid: &Grid) -> Result<Plane, ConfigError> {
             );
         }
         if let Some(node) = at.get(&key) {
-            held[axis] = node_of(&node, &axes[axis])?;
+            let value = match grid.machine() {
+                Some(_) => in_si(machine, grid.law(), &node, name)?,
+                None => node.number()?,
+            };
+            held[axis] = node_of(&node, value, &axes[axis])?;
         }
     }
     Ok(Plane::new(x, y, held))
 }
 
 /// The node nearest to a value within its axis.
-fn node_of(node: &Node, axis: &Axis) -> Result<usize, ConfigError> {
-    let value = node.number()?;
+fn node_of(node: &Node, value: f64, axis: &Axis) -> Result<usize, ConfigError> {
     let (first, last) = (axis.values[0], axis.values[axis.values.len() - 1]);
     if !(first..=last).contains(&value) {
-        let problem = format!("the axis {} goes from {first} to {last}", axis.name);
-        return Err(node.error(&problem, "hold it at one of its nodes; the nearest is taken"));
+        let remedy = "hold it at one of its nodes; the nearest is taken";
+        let (unit, bare) = match axis.unit {
+            "" => (String::new(), String::new()),
+            unit => (format!(" {unit}"), format!(", and a number without a unit is in {unit}")),
+        };
+        let problem = format!("the axis {} goes from {first}{unit} to {last}{unit}", axis.name);
+        return Err(node.error(&problem, format!("{remedy}{bare}")));
     }
     Ok(axis.nearest(value))
 }

@@ -177,7 +177,7 @@ impl Job {
         let fields = output.get_or("fields", usual, |node| fields(node, simulated, alone))?;
         let compression = output.get_or("compression", DEFAULT_COMPRESSION, |node| node.integer(0, 9))?;
 
-        let planes = curves::read(&root.section("curves")?, &grid)?;
+        let planes = curves::read(&root.section("curves")?, &root.section("machine")?, &grid)?;
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
         let plan = Plan::builder(grid)

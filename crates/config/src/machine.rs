@@ -286,15 +286,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
         _ => 3,
     });
     let mass = key_of_mass(section, motion)?;
-    let mut reader = Reader {
-        section,
-        motion,
-        law,
-        units: RefCell::default(),
-        conversions: RefCell::default(),
-        varied: Vec::new(),
-        uncertain: Vec::new(),
-    };
+    let mut reader = Reader::new(section, motion, law);
     let mut values = Vec::new();
     for name in names {
         let key = if name == MASS { mass } else { name };
@@ -351,7 +343,22 @@ struct Reader<'a> {
     uncertain: Vec<Uncertain>,
 }
 
-impl Reader<'_> {
+/// Reads a number of `quantity` elsewhere than in `[machine]`, which is `section`.
+pub(super) fn in_si(
+    section: &Section,
+    law: &Law,
+    node: &Node,
+    quantity: &'static str,
+) -> Result<f64, ConfigError> {
+    Reader::new(section, motion_of(section)?, law).in_si(node, quantity)
+}
+
+impl<'a> Reader<'a> {
+    fn new(section: &'a Section<'a>, motion: Motion, law: &'a Law) -> Self {
+        let (units, conversions) = Default::default();
+        Self { section, motion, law, units, conversions, varied: Vec::new(), uncertain: Vec::new() }
+    }
+
     /// Reads `quantity` from the entry `node`, of the name `key`: a number, a list, a range, or an uncertain number;
     /// returns the first or nominal one. A range may have a standard deviation, which applies to each of its values.
     fn number_that(

@@ -133,8 +133,6 @@ const HALVINGS: u32 = 11;
 /// Largest number of machines that are drawn for one legal machine. If none of them is legal, the spreads are
 /// too wide for the quantities.
 const TRIES: usize = 1000;
-/// Largest number of iterations for a nominal damping, since the set of legal draws depends on it.
-const MOST_ROUNDS: usize = 100;
 /// 97.5 % quantile of the normal distribution.
 pub(crate) const NORMAL: f64 = 1.959_963_984_540_054;
 
@@ -315,8 +313,6 @@ struct Needed {
     draws: Vec<NeededDraw>,
     /// The largest `legal_from` of the draws: at this nominal damping and above all draws are legal.
     all_legal_from: f64,
-    /// Whether orbits of some cross the belt line for ever.
-    some_cross: bool,
     failed: usize,
     redrawn: usize,
     error: f64,
@@ -366,7 +362,6 @@ impl Needed {
         }
         let all_legal_from = needed.iter().map(|draw| draw.legal_from).fold(f64::NEG_INFINITY, f64::max);
         let needed = Self {
-            some_cross: needed.iter().any(|draw| draw.sticks_from > f64::NEG_INFINITY),
             failed: draws - needed.len(),
             draws: needed,
             all_legal_from,
@@ -398,44 +393,49 @@ impl Needed {
         Estimate { limits: [none[0], all[1]], ..share(count, of) }
     }
 
-    /// For each number of legal draws, from all of them down to one, the largest nominal damping at which as many may
-    /// stick-slip; 0 where as many never do.
-    fn largest_for_each(&self, legal: &[NeededDraw]) -> Vec<f64> {
-        if !self.some_cross {
-            return legal.iter().map(|draw| draw.damping).collect();
-        }
-        let ends = legal.iter().flat_map(|draw| [(draw.damping, 1), (draw.sticks_from, -1)]);
-        let mut ends: Vec<(f64, i64)> = ends.collect();
-        ends.sort_unstable_by(|one, other| other.0.total_cmp(&one.0).then(one.1.cmp(&other.1)));
-        let (mut count, mut most, mut found) = (0, 0, Vec::new());
-        for (damping, change) in ends {
-            count += change;
-            if count > most {
-                most = count;
-                found.push(damping);
+    /// How many draws are legal, and how many of those may stick-slip, just below each nominal damping at which that changes,
+    /// from infinity down to 0.
+    fn counts(&self) -> Vec<(f64, [i64; 2])> {
+        let mut changes = vec![(f64::INFINITY, [self.draws.len() as i64, 0])];
+        for &NeededDraw { damping, sticks_from, legal_from } in self.draws.iter().rev() {
+            let from = sticks_from.max(legal_from);
+            if from < damping {
+                changes.extend([(damping, [0, 1]), (from, [0, -1])]);
             }
+            changes.push((legal_from, [-1, 0]));
         }
-        found.resize(legal.len(), 0.0);
-        found.reverse();
-        found
+        changes.retain(|(damping, _)| *damping > 0.0);
+        changes.sort_by(|one, other| other.0.total_cmp(&one.0));
+        let add = |counts: &mut [i64; 2], (damping, change): (f64, [i64; 2])| {
+            *counts = [counts[0] + change[0], counts[1] + change[1]];
+            Some((damping, *counts))
+        };
+        changes.into_iter().scan([0, 0], add).collect()
     }
 
-    /// The nominal damping above which the machine may stick-slip with less than this probability.
+    /// The nominal damping above which the machine may stick-slip with less than this probability. Its limits are where
+    /// those of [`Needed::probability`] are this probability, up to whole draws; `None` if there are too few for limits.
     fn quantile(&self, probability: f64) -> Option<Estimate> {
-        // The set of legal draws depends on the damping, so it is found by iteration.
-        let mut damping = f64::INFINITY;
-        let mut found = None;
-        for _ in 0..MOST_ROUNDS {
-            let legal = self.draws.iter().filter(|draw| draw.legal_from <= damping).copied();
-            let dampings = self.largest_for_each(&legal.collect::<Vec<_>>());
-            found = quantile(&dampings, self.failed, probability);
-            let next = found.as_ref().map_or(damping, |found| found.value);
-            if next == damping || next >= self.all_legal_from {
-                break;
+        let counts = self.counts();
+        // The largest damping at which all legal draws but the least `rank` may stick-slip; 0 if there is none.
+        let largest = |rank: &dyn Fn(f64) -> f64| {
+            for &(damping, [legal, sticking]) in &counts {
+                let rank = rank(legal as f64);
+                if !(0.0..legal as f64).contains(&rank) {
+                    return None;
+                }
+                if sticking >= legal - rank as i64 {
+                    return Some(damping);
+                }
             }
-            damping = next;
-        }
-        found
+            Some(0.0)
+        };
+        let failed = self.failed as f64;
+        let rank = |n: f64| ((1.0 - probability) * n).floor();
+        let half = |n: f64| NORMAL * (n * probability * (1.0 - probability)).sqrt();
+        let low = |n: f64| rank(n + failed) - failed - half(n + failed);
+        let high = |n: f64| rank(n + failed) + half(n + failed) + 1.0;
+        Some(Estimate { value: largest(&rank)?, limits: [largest(&low)?, largest(&high)?] })
     }
 }
 
@@ -576,18 +576,6 @@ fn share(count: usize, of: usize) -> Estimate {
     let low = if count == 0 { 0.0 } else { (middle - half).max(0.0) };
     let high = if count == of { 1.0 } else { (middle + half).min(1.0) };
     Estimate { value: p, limits: [low, high] }
-}
-
-/// The number that a share `probability` of the sorted numbers exceeds, with the limits of order statistics.
-/// A further `unknown` numbers may be below or above all sorted ones.
-fn quantile(sorted: &[f64], unknown: usize, probability: f64) -> Option<Estimate> {
-    let (known, all) = (sorted.len() as f64, (sorted.len() + unknown) as f64);
-    let rank = |n: f64| ((1.0 - probability) * n).floor();
-    let half = NORMAL * (all * probability * (1.0 - probability)).sqrt();
-    let (low, high) = (rank(all) - unknown as f64 - half, rank(all) + half + 1.0);
-    let inside = low >= 0.0 && high < known;
-    let at = |rank: f64| sorted[(rank as usize).min(sorted.len() - 1)].max(0.0);
-    inside.then(|| Estimate { value: at(rank(known)), limits: [at(low), at(high)] })
 }
 
 #[cfg(test)]

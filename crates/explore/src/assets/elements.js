@@ -22,6 +22,8 @@ function fill(made, attributes, children) {
 
 // A number with `digits` significant digits, trailing zeros dropped.
 export function short(x, digits = 6) {
+  // JSON has no infinity: it is a text.
+  if (typeof x === "string") return x;
   if (x === null || x === undefined || Number.isNaN(x)) return "–";
   if (!Number.isFinite(x)) return x > 0 ? "+inf" : "-inf";
   return String(Number(x.toPrecision(digits)));

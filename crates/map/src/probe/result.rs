@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use serde::Serialize as _;
+
 use crate::machine::Units;
 use crate::map::limits::Limit;
 use slipmap_model::friction::Range;
@@ -58,11 +60,14 @@ pub struct Probe {
 pub(crate) struct MethodResult {
     /// "present", "absent", "undecided" or "failed".
     pub(crate) verdict: &'static str,
-    /// Signed distance in c to the edge of presence, or m / V of the simulation; NaN where it is no finite number.
+    /// Signed distance in c to the edge of presence, -infinity where the method claims none, or m / V of the simulation;
+    /// NaN where there is none.
+    #[serde(serialize_with = "with_infinities")]
     pub(crate) margin: f64,
     /// The edge of presence in c; `None` where there is none at c >= 0, or none that is known to 1 %.
     pub(crate) critical_c: Option<f64>,
     /// Estimate of its absolute error; `None` for methods whose edge is exact to rounding.
+    #[serde(serialize_with = "with_infinities")]
     pub(crate) critical_c_error: Option<f64>,
     pub(crate) guarantee: &'static str,
     /// Equation in the paper, or section of the theory pages.
@@ -93,6 +98,7 @@ pub(crate) struct FlowResult {
     /// The scaled grazing margin m / V; NaN where the flow has none.
     pub(crate) margin: f64,
     /// Estimate of the absolute error of `margin`; NaN where there is none.
+    #[serde(serialize_with = "with_infinities")]
     pub(crate) margin_error: f64,
     /// Evaluations of the right-hand side.
     pub(crate) rhs: u64,
@@ -122,6 +128,7 @@ pub(crate) struct CriticalResult {
     /// c*; negative where no legal damping is small enough for a cycle. `None` where it is not known to 1 %.
     pub(crate) value: Option<f64>,
     /// Estimate of the absolute error, also of a c* that is not known to 1 %.
+    #[serde(serialize_with = "with_infinities")]
     pub(crate) error: Option<f64>,
     /// Evaluations of the right-hand side.
     pub(crate) rhs: Option<u64>,
@@ -195,7 +202,8 @@ pub(crate) struct BistableBand {
 pub(crate) struct StabilityResult {
     /// Whether it attracts.
     pub(crate) stable: bool,
-    /// Floquet multiplier; 0 if it sticks.
+    /// Floquet multiplier; 0 if it sticks, infinite above the largest double.
+    #[serde(serialize_with = "with_infinities")]
     pub(crate) multiplier: f64,
     /// For a repelling cycle: the attractors of the orbits just inside it and just outside it,
     /// "equilibrium", "slip_cycle", "stick_slip", "crossing" or "unknown".
@@ -266,6 +274,7 @@ pub struct MachineResult {
     /// Damping coefficient above which the same holds, N s/m; `None` where none is known to 1 %.
     pub(crate) critical_damping: Option<f64>,
     /// Estimate of its absolute error, N s/m, also of one that is not known to 1 %.
+    #[serde(serialize_with = "with_infinities")]
     pub(crate) critical_damping_error: Option<f64>,
     /// Its standard error by measured or fitted friction, N s/m; absent for friction without errors.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -304,14 +313,20 @@ fn as_map<T: serde::Serialize, S: serde::Serializer>(
     serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }
 
-/// Serialises a limit as a number; as "inf" where it is beyond all eps examined, since JSON has no infinity;
-/// as null where it is unknown.
+/// Serialises a number that may be infinite: JSON has no infinity, which is the text "inf" or "-inf".
+fn with_infinities<T: Copy + Into<Option<f64>>, S: serde::Serializer>(
+    number: &T,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    match (*number).into() {
+        Some(x) if x.is_infinite() => serializer.collect_str(&x),
+        number => number.serialize(serializer),
+    }
+}
+
+/// A limit as a number, infinite where it is beyond all eps examined; null where it is unknown.
 impl serde::Serialize for Limit {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Limit::Never | Limit::UpTo(_) => serializer.serialize_f64(self.value()),
-            Limit::Throughout => serializer.serialize_str("inf"),
-            Limit::Unknown(_) => serializer.serialize_none(),
-        }
+        with_infinities(&self.value(), serializer)
     }
 }

@@ -91,6 +91,30 @@ fn a_rare_damping_next_to_zero_has_its_probability() {
     }
 }
 
+/// The draws that are legal depend on the damping, and so does their number in a probability.
+#[test]
+fn limits_of_a_rare_damping_count_the_draws_that_it_makes_illegal() {
+    let machine = machine(Law::Exponential);
+    let critical = critical(&machine);
+    let machine = machine.with("damping", critical).unwrap();
+    // At a nominal damping d < a dampings are even from 0 to d + a, so that the probability is d* / (d + a).
+    let a = 5.0 * critical;
+    let uncertain = [("damping", Spread::Uniform { min: critical - a, max: critical + a })];
+    let needed = Needed::of(&machine, &uncertain, 5_000).unwrap();
+    for probability in [0.17, 0.15, 0.12] {
+        let found = needed.quantile(probability).unwrap();
+        let exact = critical / probability - a;
+        // The limits are 3.9 standard errors apart.
+        assert!((found.value - exact).abs() < found.limits[1] - found.limits[0], "{found:?} {exact}");
+        for (side, limit) in found.limits.into_iter().enumerate() {
+            // The damping there is that of a draw: its rank is rounded down, and that of the upper limit is one more.
+            let legal = needed.legal_of(&needed.draws, limit) as f64;
+            let off = needed.probability(limit).limits[side] - probability;
+            assert!(off.abs() < 3.0 / legal, "{found:?} {off}");
+        }
+    }
+}
+
 /// A machine with several uncertain quantities.
 fn uncertain_machine() -> (Machine, Vec<Uncertain>) {
     let uncertain = [
@@ -260,7 +284,6 @@ fn illegal_draws_and_failed_ones_are_counted_apart() {
 #[test]
 fn limits_hold_whatever_draws_without_an_answer_do() {
     let needed = |failed| Needed {
-        some_cross: false,
         draws: (1..=1000)
             .map(|i| NeededDraw {
                 damping: f64::from(i),
