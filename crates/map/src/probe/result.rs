@@ -271,7 +271,7 @@ pub struct MachineResult {
     pub(crate) damping: f64,
     /// Belt speed above which the mass does not come back to the belt, m/s.
     pub(crate) critical_belt_speed: Option<f64>,
-    /// Damping coefficient above which the same holds, N s/m; `None` where none is known to 1 %.
+    /// Damping coefficient above which the same holds, N s/m; `None` where none is positive, or known to 1 %.
     pub(crate) critical_damping: Option<f64>,
     /// Estimate of its absolute error, N s/m, also of one that is not known to 1 %.
     #[serde(serialize_with = "with_infinities")]
