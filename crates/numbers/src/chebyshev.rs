@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
+use super::jet::Real;
+
 /// cos(pi i / size), exact at the ends and in the middle. The points of half as many intervals are among
 /// them, bit for bit.
 pub fn node(i: usize, size: usize) -> f64 {
@@ -10,8 +12,21 @@ pub fn node(i: usize, size: usize) -> f64 {
 }
 
 /// The angle of point `j` of as many as `count` of the first kind, which do not include the ends.
-pub fn angle(j: usize, count: usize) -> f64 {
+fn angle(j: usize, count: usize) -> f64 {
     PI * (j as f64 + 0.5) / count as f64
+}
+
+/// The points of the first kind.
+pub fn points<const N: usize>() -> [f64; N] {
+    std::array::from_fn(|j| angle(j, N).cos())
+}
+
+/// The weights of values at the points of the first kind in each Chebyshev coefficient.
+pub fn transform<const N: usize>() -> [[f64; N]; N] {
+    std::array::from_fn(|k| {
+        let weight = if k == 0 { 1.0 } else { 2.0 } / N as f64;
+        std::array::from_fn(|j| weight * (k as f64 * angle(j, N)).cos())
+    })
 }
 
 fn half_at_ends(i: usize, size: usize) -> f64 {
@@ -58,12 +73,13 @@ impl Transform {
 }
 
 /// The sum of the series at x, by Clenshaw's recurrence.
-pub fn sum(series: &[f64], x: f64) -> f64 {
-    let (mut b1, mut b2) = (0.0, 0.0);
+pub fn sum<T: Real>(series: &[f64], x: T) -> T {
+    let constant = T::constant;
+    let [mut b1, mut b2] = [constant(0.0); 2];
     for &c in series[1..].iter().rev() {
-        (b1, b2) = (c + 2.0 * x * b1 - b2, b1);
+        (b1, b2) = (constant(c) + constant(2.0) * x * b1 - b2, b1);
     }
-    series[0] + x * b1 - b2
+    constant(series[0]) + x * b1 - b2
 }
 
 /// The sums of the series at many places, as [`sum`]; several at a time take little longer than one.

@@ -2,7 +2,7 @@
 
 use slipmap_figure::text::{Formula, Rich, Symbol, raised};
 use slipmap_map::machine::{Friction, Machine};
-use slipmap_model::friction::{Expression, Law, Step};
+use slipmap_model::friction::{Expression, Law, Op};
 
 /// The friction phi(u) of a law in slip, in units of that at rest; `None` for data and functions.
 pub fn of_law(law: &Law) -> Option<Formula> {
@@ -65,30 +65,33 @@ fn part(bound: Bound, plain: String, html: String, latex: String) -> Part {
 /// "name(u) = text"; `None` where the text is no formula.
 fn set(name: &str, text: &str) -> Option<Formula> {
     let mut stack: Vec<Part> = Vec::new();
-    for step in Expression::new(text, 1.0).ok()?.steps() {
-        let next = match step {
-            Step::Number(x) => number(x),
-            Step::Name(name) => named(name),
-            Step::Negate => {
+    let law = Expression::new(text, 1.0).ok()?;
+    for &op in law.operations() {
+        let next = match op {
+            Op::Number(x) => number(x),
+            Op::Slip => named("u"),
+            Op::Epsilon => named("epsilon"),
+            Op::Parameter(i) => named(law.parameters()[i].name),
+            Op::Negate => {
                 let of = within(stack.pop()?, Bound::Product);
                 let [plain, latex] =
                     [("−", of.plain), ("-", of.latex)].map(|(sign, of)| format!("{sign}{of}"));
                 part(Bound::Negative, plain, format!("<mo>−</mo>{}", of.html), latex)
             }
-            Step::PowerInteger(exponent) => {
+            Op::PowerInteger(exponent) => {
                 let plain = exponent.to_string().chars().map(raised).collect();
                 power(stack.pop()?, plain, number(exponent.into()).set)
             }
-            Step::SlipAtLeast(floor) => {
+            Op::SlipAtLeast(floor) => {
                 let [of, floor] = [named("u").set, number(floor).set];
                 let html = format!("<mi>max</mi><mo>(</mo>{}<mo>,</mo>{}<mo>)</mo>", of.html, floor.html);
                 let latex = format!(r"\max\left({}, {}\right)", of.latex, floor.latex);
                 part(Bound::Atom, format!("max({}, {})", of.plain, floor.plain), html, latex)
             }
-            Step::Call(function) => call(function, stack.pop()?.set),
-            Step::Join(operator) => {
+            Op::Call(function) => call(function.name(), stack.pop()?.set),
+            Op::Add | Op::Subtract | Op::Multiply | Op::Divide | Op::Power => {
                 let right = stack.pop()?;
-                join(operator, stack.pop()?, right)
+                join(op, stack.pop()?, right)
             }
         };
         stack.push(next);
@@ -184,7 +187,7 @@ fn call(function: &str, of: Formula) -> Part {
     }
 }
 
-fn join(operator: char, left: Part, right: Part) -> Part {
+fn join(op: Op, left: Part, right: Part) -> Part {
     let begins_with_digit = right.set.plain.starts_with(|letter: char| letter.is_ascii_digit());
     // What binds the operands in plain text: a fraction in the other formats needs no parentheses.
     let plain = |of: &Part, least| match of.bound >= least {
@@ -192,21 +195,21 @@ fn join(operator: char, left: Part, right: Part) -> Part {
         false => format!("({})", of.set.plain),
     };
     let bound = if left.bound == Bound::Negative { Bound::Negative } else { Bound::Product };
-    match operator {
-        '^' => {
+    match op {
+        Op::Power => {
             let exponent = match right.bound {
                 Bound::Atom => format!("^{}", right.set.plain),
                 _ => format!("^({})", right.set.plain),
             };
             power(left, exponent, right.set)
         }
-        '/' => {
+        Op::Divide => {
             let text = format!("{} / {}", plain(&left, Bound::Negative), plain(&right, Bound::Power));
             let html =
                 format!("<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>", left.set.html, right.set.html);
             part(bound, text, html, format!(r"\frac{{{}}}{{{}}}", left.set.latex, right.set.latex))
         }
-        '*' => {
+        Op::Multiply => {
             let (left, right) = (within(left, Bound::Negative), within(right, Bound::Product));
             let [plain, html, latex] = match begins_with_digit {
                 true => [" · ", "<mo>·</mo>", r" \cdot "],
@@ -220,10 +223,10 @@ fn join(operator: char, left: Part, right: Part) -> Part {
                 both(&left.latex, latex, &right.latex),
             )
         }
-        sign => {
+        _ => {
             let left = left.set;
             let right = within(right, Bound::Product);
-            let shown = if sign == '-' { '−' } else { sign };
+            let [sign, shown] = if op == Op::Subtract { ['-', '−'] } else { ['+'; 2] };
             part(
                 Bound::Sum,
                 format!("{} {shown} {}", left.plain, right.plain),

@@ -11,7 +11,7 @@
 //!
 //! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
 
-use slipmap_model::friction::{Curve, Pieces, Range};
+use slipmap_model::friction::{Curve, NOTHING, Pieces, Range};
 
 /// The refinement of a bound ends after a step that leaves more than this share of it.
 const WORTHWHILE: f64 = 0.8;
@@ -47,9 +47,14 @@ impl<'a> FarLoops<'a> {
     /// The far loops of all dampings of one curve and belt speed.
     pub fn new(curve: &'a Curve, belt_speed: f64) -> Self {
         let unit = belt_speed.max(1.0);
-        let never = curve.never_pushes(unit);
+        let mut intervals =
+            if curve.is_proved_to_resist() { Vec::new() } else { curve.friction_by_intervals(unit) };
+        // Friction pushes at no slip speed by its bounds, or by these ranges, which are partly samples.
+        let never = intervals.iter().all(|(_, range)| range.lo >= NOTHING);
         let settled = never.then(|| settled(curve, belt_speed, curve.fastest()));
-        let intervals = if never { Vec::new() } else { curve.friction_by_intervals(unit) };
+        if never {
+            intervals.clear();
+        }
         Self { curve, belt_speed, left_out_from: None, settled, intervals }
     }
 

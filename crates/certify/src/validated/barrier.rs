@@ -86,18 +86,18 @@ pub(crate) struct Tile {
     pub(crate) by_axis: Vec<f64>,
 }
 
-/// A box, and its coordinates.
-struct Domain {
-    all: Vec<Interval>,
-    middle: Vec<f64>,
+/// A box, and its coordinates: from its middle in units of half its width.
+pub(super) struct Domain {
+    pub(super) all: Vec<Interval>,
+    pub(super) middle: Vec<f64>,
     /// Half of each axis's width, rounded up.
-    half: Vec<f64>,
+    pub(super) half: Vec<f64>,
     /// The axes along which the box has an extent.
     wide: Vec<usize>,
 }
 
 impl Domain {
-    fn new(ranges: &[[f64; 2]]) -> Self {
+    pub(super) fn new(ranges: &[[f64; 2]]) -> Self {
         let middle: Vec<f64> = ranges.iter().map(|[lo, hi]| lo + 0.5 * (hi - lo)).collect();
         let half = ranges.iter().zip(&middle);
         let half: Vec<f64> =

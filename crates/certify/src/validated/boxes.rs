@@ -25,7 +25,7 @@ use super::expansion::{AXES, Expansion, Extreme, Function, Part as Frame, Ranges
 use super::mean::mean_cut;
 use super::surface::Surface;
 use super::tile::GroupBox;
-use super::volumes::{self, Volumes};
+use super::volumes::{self, Shares, Volumes};
 use super::{even_part_bounds, highest};
 use slipmap_numbers::interval::Interval;
 
@@ -58,11 +58,8 @@ pub struct BoxProof {
 #[derive(Clone, Copy, Debug)]
 struct Part {
     ranges: Ranges,
-    /// Lower bounds of the shares of the whole box proved present and absent.
-    decided: [f64; 2],
-    /// Upper bound of the rest.
-    undecided: f64,
-    /// Estimate of the part of the rest that smaller parts could decide.
+    shares: Shares,
+    /// Estimate of the undecided share that smaller parts could decide.
     gain: f64,
     /// The axis along which the part is best cut; `None` if it is a point.
     cut: Option<usize>,
@@ -107,28 +104,23 @@ impl BoxProof {
         self.parts = self.parts.par_iter().map(|part| self.bounded(part.ranges)).collect();
         while self.parts.len() < most_parts && go_on() {
             let sum = |of: fn(&Part) -> f64| self.parts.iter().map(of).sum::<f64>();
-            if sum(|part| part.gain) <= SMALL_GAIN * sum(|part| part.undecided) {
+            if sum(|part| part.gain) <= SMALL_GAIN * sum(|part| part.shares.undecided) {
                 return;
             }
-            // A quarter of the parts at a time, those with the largest gain first: the order does not depend
-            // on threads.
             let mut parts = std::mem::take(&mut self.parts);
-            parts.sort_by(|one, two| two.gain.total_cmp(&one.gain));
-            let promising = parts.iter().take_while(|part| part.gain > NEGLIGIBLE * NEGLIGIBLE).count();
-            let most = (parts.len() / 4).max(1).min(most_parts - parts.len()).min(promising);
-            let rest = parts.split_off(most);
-            self.parts = parts.par_iter().flat_map_iter(|part| self.halves(part)).collect();
-            let done = self.parts.len() == most;
-            self.parts.extend(rest);
-            if done {
+            let promising = parts.iter().filter(|part| part.gain > NEGLIGIBLE * NEGLIGIBLE).count();
+            let most = promising.min(most_parts - parts.len());
+            let cut = volumes::halve_heaviest(&mut parts, |part| part.gain, most, |part| self.halves(part));
+            self.parts = parts;
+            if cut == 0 {
                 return;
             }
         }
     }
 
     /// The halves of a part; the part itself if it is a point.
-    fn halves(&self, part: &Part) -> Vec<Part> {
-        let Some(axis) = part.cut else { return vec![*part] };
+    fn halves(&self, part: Part) -> Vec<Part> {
+        let Some(axis) = part.cut else { return vec![part] };
         let [lo, hi] = part.ranges[axis];
         let middle = 0.5 * (lo + hi);
         let half = |range: [f64; 2]| {
@@ -150,15 +142,13 @@ impl BoxProof {
         let [least, most] = [Extreme::Least, Extreme::Most]
             .map(|extreme| PartBound::new(&self.surface, &groups, &frame, extreme));
         let means = [&least, &most].map(|bound| move |range| bound.mean_cut(range));
-        let decided = volumes::decided(share, self.damping, lands, [&means[0], &means[1]]);
-        let [present, absent] = decided.map(Interval::of);
-        let undecided = (share - (present + absent)).hi.max(0.0);
+        let shares = volumes::decided(share, self.damping, lands, [&means[0], &means[1]]);
         // Even a single column of the part is undecided on the width of the enclosure of C*.
         let [c_lo, c_hi] = self.damping;
         let width = Interval::of(least.narrowest).over(epsilon).hi / (c_hi - c_lo);
         let floor = if c_lo < c_hi { width.min(1.0) * share.hi } else { 0.0 };
-        let gain = (undecided - floor).max(0.0);
-        Part { ranges, decided, undecided, gain, cut: self.best_cut(&ranges, &least, lands) }
+        let gain = (shares.undecided - floor).max(0.0);
+        Part { ranges, shares, gain, cut: self.best_cut(&ranges, &least, lands) }
     }
 
     /// The axis along which a cut gains most.
@@ -184,8 +174,7 @@ impl BoxProof {
     /// The volumes proved so far.
     #[must_use]
     pub fn volumes(&self) -> Volumes {
-        let decided: Vec<[f64; 2]> = self.parts.iter().map(|part| part.decided).collect();
-        Volumes::of(&decided, self.surface.tried)
+        Volumes::of(self.parts.iter().map(|part| part.shares), self.surface.tried)
     }
 }
 
@@ -193,13 +182,13 @@ impl BoxProof {
 struct PartBound {
     extreme: Extreme,
     /// The bound by the pieces of the surface that the part meets: the expansion of the first of them.
-    expansion: Expansion,
+    expansion: Expansion<AXES>,
     /// The number to be added to the expansion.
     error: Interval,
     /// The largest difference between the pieces.
     difference: f64,
     /// The bound by the even part alone, where that may be better.
-    even: Option<Expansion>,
+    even: Option<Expansion<AXES>>,
     /// Width of the enclosure of C* on the narrowest piece.
     narrowest: f64,
     /// Range of c* over the part, by the even part alone.
@@ -248,7 +237,7 @@ impl PartBound {
     }
 
     /// The better of the two bounds.
-    fn best(&self, of: impl Fn(&Expansion, Interval) -> Interval) -> Interval {
+    fn best(&self, of: impl Fn(&Expansion<AXES>, Interval) -> Interval) -> Interval {
         let by_surface = of(&self.expansion, self.error);
         let by_even_part = self.even.as_ref().map_or(by_surface, |even| of(even, Interval::ZERO));
         Interval::of(match self.extreme {

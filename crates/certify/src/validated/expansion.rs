@@ -1,6 +1,7 @@
-//! Functions of the scaled groups over a part of the parameter box, as enclosed second-order expansions.
+//! Functions of the parameters over a part of their box, such as those of the scaled groups, as enclosed second-order
+//! expansions.
 //!
-//! In coordinates xi of [-1, 1]^5 that scale the part, a function f of the parameters is
+//! In coordinates xi of [-1, 1]^N that scale the part, a function f of N parameters is
 //!
 //! ```text
 //! f = f0 + sum_i g_i xi_i + 1/2 sum_ij q_ij xi_i xi_j,
@@ -12,7 +13,7 @@
 use super::tile::{DEGREES, HIGHEST, MODES, Tile, degrees};
 use slipmap_numbers::interval::Interval;
 
-/// Number of parameters: epsilon, alpha, beta, gamma, V.
+/// Number of parameters of the Stribeck oscillator without its damping: epsilon, alpha, beta, gamma, V.
 pub(super) const AXES: usize = 5;
 
 /// Ranges of the five parameters.
@@ -25,28 +26,28 @@ const ROUNDED: f64 = 1e-14;
 /// Farthest distance outside a tile, in units of its half-width, at which it is evaluated.
 const FARTHEST: f64 = 1.5;
 
-/// A function with its first and second derivatives by the five parameters, enclosed.
+/// A function with its first and second derivatives by the N parameters, enclosed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Expansion {
+pub(super) struct Expansion<const N: usize> {
     pub(super) value: Interval,
-    pub(super) slope: [Interval; AXES],
-    pub(super) bend: [[Interval; AXES]; AXES],
+    pub(super) slope: [Interval; N],
+    pub(super) bend: [[Interval; N]; N],
 }
 
-impl Expansion {
-    fn constant(value: Interval) -> Self {
-        Self { value, slope: [Interval::ZERO; AXES], bend: [[Interval::ZERO; AXES]; AXES] }
+impl<const N: usize> Expansion<N> {
+    pub(super) fn constant(value: Interval) -> Self {
+        Self { value, slope: [Interval::ZERO; N], bend: [[Interval::ZERO; N]; N] }
     }
 
-    fn parameter(value: Interval, axis: usize) -> Self {
+    pub(super) fn parameter(value: Interval, axis: usize) -> Self {
         let mut own = Self::constant(value);
         own.slope[axis] = Interval::ONE;
         own
     }
 
-    fn times(&self, other: &Self) -> Self {
+    pub(super) fn times(&self, other: &Self) -> Self {
         let mut product = Self::constant(self.value * other.value);
-        for i in 0..AXES {
+        for i in 0..N {
             product.slope[i] = self.slope[i] * other.value + self.value * other.slope[i];
             for j in 0..=i {
                 let mixed = self.slope[i] * other.slope[j] + self.slope[j] * other.slope[i];
@@ -61,9 +62,9 @@ impl Expansion {
     /// The difference of two functions.
     pub(super) fn minus(&self, other: &Self) -> Self {
         let mut difference = Self::constant(self.value - other.value);
-        for i in 0..AXES {
+        for i in 0..N {
             difference.slope[i] = self.slope[i] - other.slope[i];
-            for j in 0..AXES {
+            for j in 0..N {
                 difference.bend[i][j] = self.bend[i][j] - other.bend[i][j];
             }
         }
@@ -71,13 +72,13 @@ impl Expansion {
     }
 
     /// Its reciprocal; it must be positive.
-    fn inverse(&self) -> Self {
+    pub(super) fn inverse(&self) -> Self {
         let one = Interval::ONE.over(self.value);
         let (two, three) = (one * one, one * one * one);
         let mut inverse = Self::constant(one);
-        for i in 0..AXES {
+        for i in 0..N {
             inverse.slope[i] = -(two * self.slope[i]);
-            for j in 0..AXES {
+            for j in 0..N {
                 let square = self.slope[i] * self.slope[j] * three;
                 inverse.bend[i][j] = square + square - two * self.bend[i][j];
             }
@@ -95,7 +96,7 @@ impl Expansion {
     pub(super) fn remainder(&self) -> Interval {
         let half = Interval::of(0.5);
         let mut sum = Interval::ZERO;
-        for i in 0..AXES {
+        for i in 0..N {
             // xi_i^2 is in [0, 1], xi_i xi_j in [-1, 1].
             sum = sum + half * self.bend[i][i] * Interval::new(0.0, 1.0);
             for j in 0..i {
@@ -110,7 +111,7 @@ impl Expansion {
     pub(super) fn mean_remainder(&self) -> Interval {
         let (sixth, quarter) = (Interval::ONE.over(Interval::of(6.0)), Interval::of(0.25));
         let mut sum = Interval::ZERO;
-        for i in 0..AXES {
+        for i in 0..N {
             // The mean of xi_i^2 is 1/3; that of xi_i xi_j vanishes, and that of its size is 1/4.
             sum = sum + sixth * self.bend[i][i];
             for j in 0..i {
@@ -147,7 +148,7 @@ impl Part {
     }
 
     /// The function `of` of the groups divided by epsilon: a damping c.
-    pub(super) fn damping(&self, of: &Function) -> Expansion {
+    pub(super) fn damping(&self, of: &Function) -> Expansion<AXES> {
         let at = |point: &[Interval; AXES]| {
             let [epsilon, alpha, beta, gamma, speed] =
                 std::array::from_fn(|i| Expansion::parameter(point[i], i));
@@ -190,7 +191,7 @@ type Derivatives = [[[Interval; 3]; 3]; 3];
 
 impl Function<'_> {
     /// The composition with `groups`, which are functions of the parameters.
-    fn along(&self, groups: &[Expansion; 3]) -> Expansion {
+    fn along(&self, groups: &[Expansion<AXES>; 3]) -> Expansion<AXES> {
         let d = self.derivatives(groups.map(|group| group.value));
         let first = [d[1][0][0], d[0][1][0], d[0][0][1]];
         let second = [

@@ -1,21 +1,25 @@
 //! Proved shares of the volume of a box of any law's parameters.
 //!
 //! The box is cut into parts, each with a `Tile` that encloses C* over it, or without a proof; see
-//! [`super::volumes`]. The bounds are linear in the part's coordinates; the means of c cut off by them are
-//! integrated in interval arithmetic, so that the shares are lower bounds. Nothing is sampled.
+//! [`super::volumes`]. The bounds are linear in the part's coordinates, and divided by eps; `mean` encloses their means cut
+//! off at the ends of the range of c, so that the shares are lower bounds. Nothing is sampled.
 //!
 //! The statements hold wherever the law is legal: phi(0) = 1, and D a Lipschitz function of the slip speed. A law whose
 //! friction may drop as slip begins has no tiles.
 
-use rayon::prelude::*;
-
-use super::barrier::{Ranges, Tile};
-use super::volumes::{self, Volumes};
+use super::barrier::{Domain, Ranges, Tile};
+use super::expansion::Expansion;
+use super::mean::mean_cut;
+use super::volumes::{self, Shares, Volumes};
 use slipmap_model::friction::{Law, Slope};
+use slipmap_model::point::MAX_LAW_PARAMETERS;
 use slipmap_numbers::interval::Interval;
 
-/// Number of times that a part is halved to integrate where a bound meets the ends of the range of c.
-const DEPTH: u32 = 12;
+/// Largest number of axes: eps, the law's parameters, V.
+const AXES: usize = MAX_LAW_PARAMETERS + 2;
+/// Width of a range of eps, in units of eps, that is not halved, and that in units of the whole range.
+const NARROW: f64 = 1.0 / 32.0;
+const NEGLIGIBLE: f64 = 1e-5;
 
 /// A box of parameters, and the proofs over it so far.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,16 +36,13 @@ pub struct LawProof {
 struct Part {
     ranges: Ranges,
     tile: Option<Tile>,
-    /// Lower bounds of the shares of the whole proved present and absent.
-    decided: [f64; 2],
-    /// Upper bound of the rest.
-    undecided: f64,
+    shares: Shares,
 }
 
 impl LawProof {
     /// A box without any proof.
     pub fn new(law: &Law, ranges: Ranges, damping: [f64; 2]) -> Self {
-        let whole = Part { ranges: ranges.clone(), tile: None, decided: [0.0; 2], undecided: 1.0 };
+        let whole = Part { ranges: ranges.clone(), tile: None, shares: Shares::open(1.0) };
         Self { law: law.clone(), ranges, damping, parts: vec![whole], tried: 0 }
     }
 
@@ -54,14 +55,11 @@ impl LawProof {
         }
         while self.tried < boxes && go_on() {
             let mut parts = std::mem::take(&mut self.parts);
-            parts.sort_by(|one, two| two.undecided.total_cmp(&one.undecided));
-            let most = (parts.len() / 4).max(1).min((boxes - self.tried).div_ceil(2));
-            let mut rest = parts.split_off(most);
-            let halves: Vec<Vec<Part>> = parts.into_par_iter().map(|part| self.halves(part)).collect();
-            let cut = halves.iter().filter(|halves| halves.len() > 1).count();
+            let most = (boxes - self.tried).div_ceil(2);
+            let weight = |part: &Part| part.shares.undecided;
+            let cut = volumes::halve_heaviest(&mut parts, weight, most, |part| self.halves(part));
+            self.parts = parts;
             self.tried += 2 * cut;
-            rest.extend(halves.into_iter().flatten());
-            self.parts = rest;
             if cut == 0 {
                 return;
             }
@@ -95,15 +93,15 @@ impl LawProof {
     fn proved(&self, ranges: Ranges) -> Part {
         let share = volumes::share(&ranges, &self.ranges);
         let Some(tile) = Tile::prove(&self.law, &ranges) else {
-            return Part { ranges, tile: None, decided: [0.0; 2], undecided: share.hi.min(1.0) };
+            return Part { ranges, tile: None, shares: Shares::open(share.hi.min(1.0)) };
         };
+        let domain = Domain::new(&ranges);
         let bound = |sign: f64| LinearBound {
-            epsilon: ranges[0],
+            domain: &domain,
             viscous: Interval::of(tile.viscous) + Interval::of(sign * tile.radius),
-            slopes: tile.slopes.clone(),
-            depth: DEPTH,
+            slopes: &tile.slopes,
         };
-        let x: Vec<Interval> = ranges.iter().map(|[lo, hi]| Interval::new(*lo, *hi)).collect();
+        let x = &domain.all;
         let (parameters, belt_speed) = x.split_at(x.len() - 1);
         let own: Vec<Slope> = parameters.iter().map(|x| Slope::of(*x)).collect();
         let highest = |least: Interval, most: Interval| {
@@ -114,17 +112,15 @@ impl LawProof {
         };
         let from = volumes::sticks_from(highest, x[0], belt_speed[0], self.damping);
         let [least, most] = [-1.0, 1.0].map(bound);
-        let means = [&least, &most].map(|bound| move |range| bound.mean_cut(range));
-        let decided = volumes::decided(share, self.damping, from, [&means[0], &means[1]]);
-        let [present, absent] = decided.map(Interval::of);
-        let undecided = (share - present - absent).hi.max(0.0);
-        Part { ranges, tile: Some(tile), decided, undecided }
+        let epsilon = ranges[0];
+        let means = [&least, &most].map(|bound| move |range| bound.mean_cut(epsilon, range));
+        let shares = volumes::decided(share, self.damping, from, [&means[0], &means[1]]);
+        Part { ranges, tile: Some(tile), shares }
     }
 
     /// The volumes proved so far.
     pub fn volumes(&self) -> Volumes {
-        let decided: Vec<[f64; 2]> = self.parts.iter().map(|part| part.decided).collect();
-        Volumes::of(&decided, self.tried)
+        Volumes::of(self.parts.iter().map(|part| part.shares), self.tried)
     }
 
     pub(crate) fn tiles(&self) -> impl Iterator<Item = &Tile> {
@@ -137,70 +133,51 @@ impl LawProof {
     }
 }
 
-/// A bound of C*, linear in coordinates from -1 to 1, over a range of eps, the first of them.
-#[derive(Clone)]
-struct LinearBound {
-    epsilon: [f64; 2],
+/// A bound of C* over a part, linear in its coordinates.
+struct LinearBound<'a> {
+    domain: &'a Domain,
     viscous: Interval,
-    slopes: Vec<f64>,
-    /// How often it may be halved.
-    depth: u32,
+    slopes: &'a [f64],
 }
 
-impl LinearBound {
-    /// The range of C* / eps.
-    fn range(&self) -> Interval {
-        let spread = self.slopes.iter().fold(Interval::ZERO, |sum, slope| sum + Interval::of(slope.abs())).hi;
-        self.over_epsilon(self.viscous + Interval::new(-spread, spread))
-    }
-
-    fn over_epsilon(&self, viscous: Interval) -> Interval {
-        viscous.over(Interval::new(self.epsilon[0], self.epsilon[1]))
-    }
-
-    /// The halves of the part, across the axis along which the bound changes most.
-    fn halves(&self) -> [Self; 2] {
-        let [lo, hi] = self.epsilon;
-        let range = self.range();
-        let by_epsilon = range.size() * (hi - lo) / hi;
-        let size = |axis: usize| {
-            let by_itself = 2.0 * self.slopes[axis].abs() / lo;
-            if axis == 0 { by_itself.max(by_epsilon) } else { by_itself }
+impl LinearBound<'_> {
+    /// The mean, over the part with eps in this range, of the bound of c* cut off at both ends of a range. Ranges of eps are
+    /// halved until 1/eps is nearly linear over each, as [`mean_cut`] takes it.
+    fn mean_cut(&self, epsilon: [f64; 2], cut: [f64; 2]) -> Interval {
+        let [lo, hi] = epsilon;
+        let center = lo + 0.5 * (hi - lo);
+        let whole = self.domain.all[0];
+        let enough = (NARROW * lo).max(NEGLIGIBLE * (whole.hi - whole.lo));
+        if hi - lo > enough && lo < center && center < hi {
+            let width = |[from, to]: [f64; 2]| Interval::of(to) - Interval::of(from);
+            let [one, two] = [[lo, center], [center, hi]].map(|half| width(half) * self.mean_cut(half, cut));
+            return (one + two).over(width(epsilon));
+        }
+        let Domain { all, middle, half, .. } = self.domain;
+        let half_of = |x: Interval| Interval::of(0.5) * x;
+        // The bound in coordinates that run from -1 to 1 over this range of eps, and over the others as they are: the
+        // middles and the half-widths of the part are rounded.
+        let mut linear = Expansion::<AXES>::constant(self.viscous);
+        for (axis, &slope) in self.slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0) {
+            let ends = if axis == 0 { epsilon } else { [all[axis].lo, all[axis].hi] };
+            let coordinate =
+                |x: f64| (Interval::of(x) - Interval::of(middle[axis])).over(Interval::of(half[axis]));
+            let ([from, to], slope) = (ends.map(coordinate), Interval::of(slope));
+            linear.value = linear.value + slope * half_of(from + to);
+            linear.slope[axis] = slope * half_of(to - from);
+        }
+        let [from, to] = epsilon.map(Interval::of);
+        let whole_epsilon = from.hull(to);
+        let over_epsilon = |value: Interval, epsilon: Interval| {
+            let mut divisor = Expansion::parameter(epsilon, 0);
+            divisor.slope[0] = half_of(to - from);
+            Expansion { value, ..linear }.times(&divisor.inverse())
         };
-        let axis = (0..self.slopes.len()).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap_or(0);
-        [-0.5, 0.5].map(|shift| {
-            let mut half = self.clone();
-            half.viscous = half.viscous + Interval::of(shift) * Interval::of(half.slopes[axis]);
-            half.slopes[axis] *= 0.5;
-            half.depth -= 1;
-            if axis == 0 {
-                let middle = lo + 0.5 * (hi - lo);
-                half.epsilon = if shift < 0.0 { [lo, middle] } else { [middle, hi] };
-            }
-            half
-        })
-    }
-
-    /// The mean over the part of the bound of c* cut off at both ends of a range.
-    fn mean_cut(&self, [lo, hi]: [f64; 2]) -> Interval {
-        let range = self.range();
-        if range.hi <= lo {
-            return Interval::of(lo);
-        }
-        if range.lo >= hi {
-            return Interval::of(hi);
-        }
-        let is_inside = lo <= range.lo && range.hi <= hi;
-        if is_inside && self.epsilon[0] == self.epsilon[1] {
-            // The mean of the coordinates is 0 up to the rounding of the box's half-widths.
-            let slack = 4.0 * f64::EPSILON * range.size();
-            return self.over_epsilon(self.viscous) + Interval::new(-slack, slack);
-        }
-        if self.depth == 0 {
-            return Interval::new(range.lo.clamp(lo, hi), range.hi.clamp(lo, hi));
-        }
-        let [one, two] = self.halves().map(|half| half.mean_cut([lo, hi]));
-        Interval::of(0.5) * (one + two)
+        let spread = linear.spread().hi;
+        let whole = linear.value + Interval::new(-spread, spread);
+        let Expansion { bend, .. } = over_epsilon(whole, whole_epsilon);
+        let bound = Expansion { bend, ..over_epsilon(linear.value, half_of(from + to)) };
+        mean_cut(&bound, Interval::ZERO, whole.over(whole_epsilon), cut)
     }
 }
 

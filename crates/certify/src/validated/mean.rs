@@ -1,4 +1,4 @@
-//! Means over a part of the parameter box of a damping clamped to an interval.
+//! Means over a part of a box of parameters of a damping clamped to an interval.
 //!
 //! With an affine function u + sum_i g_i xi_i, xi uniform in [-1, 1]^d, integrating d times gives
 //!
@@ -12,7 +12,7 @@
 //! is bounded over the whole part, except for functions that are not clamped there, for which the mean of
 //! that term is used.
 
-use super::expansion::{AXES, Expansion};
+use super::expansion::Expansion;
 use slipmap_numbers::interval::Interval;
 
 /// Terms smaller than this fraction of the largest are left out.
@@ -28,7 +28,7 @@ struct Slopes {
 }
 
 impl Slopes {
-    fn of(sizes: [f64; AXES]) -> Self {
+    fn of<const N: usize>(sizes: [f64; N]) -> Self {
         let largest = sizes.into_iter().fold(0.0, f64::max);
         let (kept, small): (Vec<f64>, Vec<f64>) =
             sizes.into_iter().filter(|&g| g > 0.0).partition(|&g| g >= SMALL * largest);
@@ -76,7 +76,12 @@ impl Slopes {
 
 /// The mean over the part of min(max(f + e, `lo`), `hi`), where e is any number within `error`; `lo` <= `hi`.
 /// f + e is known to lie in `range`.
-pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]: [f64; 2]) -> Interval {
+pub(super) fn mean_cut<const N: usize>(
+    f: &Expansion<N>,
+    error: Interval,
+    range: Interval,
+    [lo, hi]: [f64; 2],
+) -> Interval {
     let (least, most) = (Interval::of(lo), Interval::of(hi));
     let spread = f.spread();
     let reach = (f.value + Interval::new(-spread.hi, spread.hi) + error).intersection(range);
@@ -129,7 +134,7 @@ mod tests {
     }
 
     fn slopes(g: &[f64]) -> Slopes {
-        Slopes::of(std::array::from_fn(|axis| g.get(axis).copied().unwrap_or(0.0)))
+        Slopes::of::<5>(std::array::from_fn(|axis| g.get(axis).copied().unwrap_or(0.0)))
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Proved shares of the volume of a box of parameters, as stated in [`super::boxes`], summed over its parts, in
 //! each of which c* lies between two functions of the parameters other than c.
 
+use rayon::prelude::*;
+
 use super::least_proved;
 use crate::landing::Flow;
 use slipmap_numbers::interval::Interval;
@@ -26,28 +28,59 @@ pub struct Volumes {
     pub parts: usize,
 }
 
-impl Volumes {
-    /// The sum over parts with these lower bounds of the shares proved present and absent.
-    pub(super) fn of(decided: &[[f64; 2]], tiles: usize) -> Self {
-        let sum = |set: usize| {
-            let all = decided.iter().fold(Interval::ZERO, |sum, shares| sum + Interval::of(shares[set]));
-            all.lo.clamp(0.0, 1.0)
-        };
-        let [present, absent] = [sum(0), sum(1)];
-        let undecided = Interval::ONE - Interval::of(present) - Interval::of(absent);
-        Self { present, absent, undecided: undecided.hi.clamp(0.0, 1.0), tiles, parts: decided.len() }
+/// What is proved of a part, as shares of the whole box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Shares {
+    /// Lower bounds of those proved present and absent.
+    decided: [f64; 2],
+    /// Upper bound of the rest.
+    pub(super) undecided: f64,
+}
+
+impl Shares {
+    /// Those of a part that is `share` of the whole, without any proof.
+    pub(super) fn open(share: f64) -> Self {
+        Self { decided: [0.0; 2], undecided: share }
     }
 }
 
-/// Lower bounds of the volumes proved present and absent in a part that is `share` of the whole, where the
-/// landing is proved `from` a damping on. `least` and `most` are the means over the part of a lower and of
-/// an upper bound of c*, cut off at both ends of a range.
+impl Volumes {
+    /// The sum over parts.
+    pub(super) fn of(parts: impl ExactSizeIterator<Item = Shares>, tiles: usize) -> Self {
+        let count = parts.len();
+        let [present, absent] = parts
+            .fold([Interval::ZERO; 2], |[present, absent], Shares { decided: [more, other], .. }| {
+                [present + Interval::of(more), absent + Interval::of(other)]
+            })
+            .map(|sum| sum.lo.clamp(0.0, 1.0));
+        let undecided = Interval::ONE - Interval::of(present) - Interval::of(absent);
+        Self { present, absent, undecided: undecided.hi.clamp(0.0, 1.0), tiles, parts: count }
+    }
+}
+
+/// Halves up to `most` of a quarter of the parts, the heaviest, and moves the halves behind the others; returns how many
+/// were cut. The order does not depend on the number of threads.
+pub(super) fn halve_heaviest<P: Send>(
+    parts: &mut Vec<P>,
+    weight: impl Fn(&P) -> f64,
+    most: usize,
+    halves: impl Fn(P) -> Vec<P> + Sync,
+) -> usize {
+    parts.sort_by(|one, two| weight(two).total_cmp(&weight(one)));
+    let count = parts.len();
+    let heavy: Vec<P> = parts.drain(..most.min((count / 4).max(1))).collect();
+    parts.par_extend(heavy.into_par_iter().flat_map_iter(&halves));
+    parts.len() - count
+}
+
+/// What is proved of a part that is `share` of the whole, where the landing is proved `from` a damping on. `least` and
+/// `most` are the means over the part of a lower and of an upper bound of c*, cut off at both ends of a range.
 pub(super) fn decided(
     share: Interval,
     damping: [f64; 2],
     from: Option<f64>,
     [least, most]: [&dyn Fn([f64; 2]) -> Interval; 2],
-) -> [f64; 2] {
+) -> Shares {
     // A cycle exists below c* and none above: the shares at a single damping are at least their means over dampings
     // above it, and below it.
     let thin = |side: f64| if damping[0] == damping[1] { side * THIN * damping[0].max(0.01) } else { 0.0 };
@@ -58,7 +91,9 @@ pub(super) fn decided(
     let [lo, hi] = [damping[0] + thin(-1.0), damping[1]];
     let absent = (Interval::of(hi) - most([lo, hi])).over(Interval::of(hi) - Interval::of(lo));
     let of_part = [from.map_or(Interval::ZERO, above), absent];
-    of_part.map(|of_part| (of_part * share).lo.max(0.0))
+    let decided = of_part.map(|of_part| (of_part * share).lo.max(0.0));
+    let [present, absent] = decided.map(Interval::of);
+    Shares { decided, undecided: (share - present - absent).hi.max(0.0) }
 }
 
 /// The smallest damping found, within a range, from which on the landing is proved in a whole part; `None` if

@@ -262,13 +262,6 @@ impl Curve {
         }
     }
 
-    /// Returns whether friction never pushes: whether phi >= 0 at all slip speeds, up to [`Curve::fastest`],
-    /// by bounds or, where they leave it open, by [`Curve::friction_by_intervals`], which are partly samples.
-    pub fn never_pushes(&self, unit: f64) -> bool {
-        self.is_proved_to_resist()
-            || self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
-    }
-
     /// Whether friction is proved to push at no slip speed by its bounds on all of them at once.
     pub fn is_proved_to_resist(&self) -> bool {
         !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING

@@ -8,7 +8,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use slipmap_numbers::chebyshev::angle;
+use slipmap_numbers::chebyshev::{points, sum, transform};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
 
@@ -68,27 +68,9 @@ impl PartialEq for Function {
 }
 
 /// The Chebyshev points in [-1, 1].
-static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(|| std::array::from_fn(|j| angle(j, COUNT).cos()));
-
-/// Chebyshev coefficients of the polynomial through values at the points.
-fn fit(values: &[f64; COUNT]) -> [f64; COUNT] {
-    std::array::from_fn(|k| {
-        let weight = if k == 0 { 1.0 } else { 2.0 } / COUNT as f64;
-        let sum: f64 =
-            values.iter().enumerate().map(|(j, value)| value * (k as f64 * angle(j, COUNT)).cos()).sum();
-        weight * sum
-    })
-}
-
-/// A sum of Chebyshev polynomials at x in [-1, 1], by Clenshaw's recurrence.
-fn sum<T: Real>(coefficients: &[f64; COUNT], x: T) -> T {
-    let two_x = T::constant(2.0) * x;
-    let (mut after, mut here) = (T::constant(0.0), T::constant(0.0));
-    for c in coefficients.iter().skip(1).rev() {
-        (after, here) = (here, two_x * here - after + T::constant(*c));
-    }
-    x * here - after + T::constant(coefficients[0])
-}
+static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(points);
+/// Chebyshev coefficient k of the polynomial through values at the points, as a sum of the values.
+static TRANSFORM: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(transform);
 
 impl Function {
     /// Samples `phi` once: the friction in units of the static friction at slip speeds from 0 to `fastest`.
@@ -273,7 +255,8 @@ impl Fitted {
         while let Some((a, b, halvings)) = waiting.pop() {
             let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
             let values = POINTS.map(|x| phi((middle + half * x).clamp(a, b)));
-            let coefficients = fit(&values);
+            let coefficients = TRANSFORM
+                .map(|row| row.iter().zip(&values).map(|(weight, value)| weight * value).sum::<f64>());
             let size = values.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
             let tail = coefficients[COUNT - 2].abs() + coefficients[COUNT - 1].abs();
             let last = halvings >= MOST_HALVINGS

@@ -21,7 +21,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::peak::{NO_REST, REST_AT_PEAK};
 use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
-use parse::{DEEPEST, Function, Op, Place, Tape, is_integer};
+pub use parse::Op;
+use parse::{DEEPEST, Function, Place, Tape, is_integer};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Points, Real};
 use slipmap_numbers::random::Random;
@@ -59,25 +60,6 @@ pub struct ExpressionError {
     pub problem: String,
     /// The remedy.
     pub remedy: String,
-}
-
-/// A step of a formula in reverse Polish order: a value, or an operation on the last values.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
-    /// A number.
-    Number(f64),
-    /// The slip speed, eps or a parameter, by its name.
-    Name(&'static str),
-    /// The larger one of the slip speed and this number.
-    SlipAtLeast(f64),
-    /// The negative of the last value.
-    Negate,
-    /// The last value to a power.
-    PowerInteger(i32),
-    /// A function of the last value, by its name.
-    Call(&'static str),
-    /// `+`, `-`, `*`, `/` or `^` of the last two values.
-    Join(char),
 }
 
 /// A law given as text. Clones share what was parsed.
@@ -225,23 +207,9 @@ impl Expression {
         text
     }
 
-    /// The formula step by step, as it was written.
-    pub fn steps(&self) -> impl Iterator<Item = Step> {
-        self.parsed.tape.ops.iter().map(|op| match *op {
-            Op::Number(x) => Step::Number(x),
-            Op::Slip => Step::Name("u"),
-            Op::SlipAtLeast(floor) => Step::SlipAtLeast(floor),
-            Op::Epsilon => Step::Name("epsilon"),
-            Op::Parameter(i) => Step::Name(self.parsed.parameters[i].name),
-            Op::Negate => Step::Negate,
-            Op::PowerInteger(exponent) => Step::PowerInteger(exponent),
-            Op::Call(function) => Step::Call(function.name()),
-            Op::Add => Step::Join('+'),
-            Op::Subtract => Step::Join('-'),
-            Op::Multiply => Step::Join('*'),
-            Op::Divide => Step::Join('/'),
-            Op::Power => Step::Join('^'),
-        })
+    /// The operations of the formula as it was written, in reverse Polish order.
+    pub fn operations(&self) -> &[Op] {
+        &self.parsed.tape.ops
     }
 
     /// The friction at rest, by which the formula is divided.

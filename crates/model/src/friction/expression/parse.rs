@@ -30,7 +30,7 @@ const POWER: i64 = 40;
 named! {
     /// The functions of one argument; `ln` is also called `log`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub(super) enum Function {
+    pub enum Function {
         Exp => "exp",
         Ln => "ln",
         Sqrt => "sqrt",
@@ -49,24 +49,34 @@ named! {
     }
 }
 
+/// An operation of a formula in reverse Polish order: a value, or what is made of the last values.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Op {
+pub enum Op {
+    /// A number.
     Number(f64),
     /// The slip speed.
     Slip,
     /// The larger one of the slip speed and this number.
     SlipAtLeast(f64),
+    /// The parameter eps.
     Epsilon,
     /// A named parameter, by its position.
     Parameter(usize),
+    /// The sum of the last two values.
     Add,
+    /// Their difference.
     Subtract,
+    /// Their product.
     Multiply,
+    /// Their quotient.
     Divide,
+    /// The negative of the last value.
     Negate,
+    /// Its power with this exponent.
     PowerInteger(i32),
-    /// Any other power.
+    /// Any other power, of the last two values.
     Power,
+    /// A function of the last value.
     Call(Function),
 }
 

@@ -4,7 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use super::{COUNT, Piece, Places, Sign, Weakening};
 use crate::friction::{Form, Range, Table};
-use slipmap_numbers::chebyshev::angle;
+use slipmap_numbers::chebyshev::{points, transform};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::Jet;
 
@@ -29,16 +29,11 @@ const LEBESGUE: f64 = 2.6;
 /// Allowance for the rounding of the points in the product of the distances to them.
 const ROOM: f64 = 1.001;
 
-/// The Chebyshev points of the first kind in [-1, 1]. Unlike those of `simulate::chebyshev`, which are
-/// refined by halving, they do not include the ends of a piece, where a formula may be undefined.
-static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(|| std::array::from_fn(|j| angle(j, COUNT).cos()));
+/// The Chebyshev points of the first kind in [-1, 1]. They do not include the ends of a piece, where a formula may be
+/// undefined.
+static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(points);
 /// Chebyshev coefficient k as a sum of the values at the points.
-static TRANSFORM: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(|| {
-    std::array::from_fn(|k| {
-        let weight = if k == 0 { 1.0 } else { 2.0 } / COUNT as f64;
-        std::array::from_fn(|j| weight * (k as f64 * angle(j, COUNT)).cos())
-    })
-});
+static TRANSFORM: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(transform);
 /// Coefficients of the Chebyshev polynomials, which are integers.
 static POWERS: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(|| {
     let mut powers = [[0.0; COUNT]; COUNT];
