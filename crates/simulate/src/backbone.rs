@@ -191,39 +191,37 @@ impl Backbone {
         let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
         let mut solver = Solver::new(curve, belt_speed, reachable, work);
         let Some(ends) = corner_amplitudes(&mut solver)? else { return Ok(None) };
-        let mut ranges = Vec::with_capacity(ends.len());
-        let mut lower = (0.0, solver.at_rest());
+        let (mut panels, mut lower) = (Vec::with_capacity(ends.len()), (0.0, solver.at_rest()));
+        let scale = ends.iter().map(|end| end.1.viscous.abs()).fold(lower.1.viscous.abs(), f64::max);
         for upper in ends {
-            ranges.push(Panel::between_ends([lower, upper], true, SIZES[0]));
+            let range = Panel::between_ends([lower, upper], true, SIZES[0]);
+            panels.push(range.resolved(scale, &mut solver)?);
             lower = upper;
         }
-        Self::divided(ranges, solver).map(Some)
+        Ok(Some(Self::of_panels(panels, solver)))
     }
 
-    /// The backbone of these ranges of amplitudes, each halved until a polynomial follows C.
-    fn divided(mut ranges: Vec<Panel>, mut solver: Solver) -> Result<Self, Failure> {
-        let ends = ranges.iter().flat_map(|range| [range.orbits.first(), range.orbits.last()]).flatten();
-        let scale = ends.flatten().map(|end| end.viscous.abs()).fold(0.0, f64::max);
-        let most = ranges.len() + MOST_HALVES;
-        let mut panels = Vec::with_capacity(ranges.len());
-        let follows = |panel: &Panel, solver: &Solver| {
-            let node_error = node_error_of(&panel.values, solver.error + solver.slope_error);
-            truncation_error(&panel.series) <= (solver.tolerance * scale).max(node_error)
-        };
+    /// The backbone with the panels halved whose polynomials do not follow C, until they do; `None` where all do.
+    fn halved(&self, curve: &Curve, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
+        let Self { belt_speed, node_error: error, rhs, size, .. } = *self;
+        let mut solver = Solver { error, rhs, ..Solver::new(curve, belt_speed, tolerance, work) };
+        let mut panels = Vec::with_capacity(self.panels.len());
         // The next one is the last.
-        ranges.reverse();
-        while let Some(range) = ranges.pop() {
-            let mut panel = range.solved(&mut solver)?;
-            while !follows(&panel, &solver) && panel.values.len() <= FINEST_OF_MANY {
-                panel = panel.refined(&mut solver)?;
-            }
-            if follows(&panel, &solver) || panels.len() + ranges.len() >= most {
+        let mut left: Vec<Panel> = self.panels.iter().rev().cloned().collect();
+        let most = left.len() + MOST_HALVES;
+        while let Some(panel) = left.pop() {
+            if panel.follows(size, &solver) {
                 panels.push(panel);
-            } else {
-                ranges.extend(panel.halves().into_iter().rev());
+                continue;
+            }
+            if panels.len() + left.len() > most {
+                return Err(Failure::StepBudget);
+            }
+            for half in panel.halves().into_iter().rev() {
+                left.push(half.resolved(size, &mut solver)?);
             }
         }
-        Ok(Self::of_panels(panels, solver))
+        Ok((panels.len() > self.panels.len()).then(|| Self::of_panels(panels, solver)))
     }
 
     /// The backbone through the fewest nodes; [`Backbone::refined`] leads from it to that of
@@ -289,12 +287,14 @@ impl Backbone {
         if intervals >= finest {
             // Features that are still hidden, or that no polynomial follows, are narrow. Cutting fails if they have too
             // many ends or orbits that touch them are too hard to compute.
-            let divided = match cut() {
-                Ok(Some(cut)) => Some(cut),
-                _ if has_corners || self.hidden > enough => None,
-                _ => Self::divided(panel.halves(), solver()).ok(),
-            };
-            return Ok(divided.filter(|divided| divided.error < self.error));
+            let cut = cut().ok().flatten().filter(|cut| cut.error < self.error);
+            let best = cut.as_ref().unwrap_or(self);
+            if has_corners || best.hidden > enough {
+                return Ok(cut);
+            }
+            // Halves may need more work than there is.
+            let halved = work.within_half(|| best.halved(curve, tolerance, work)).ok().flatten();
+            return Ok(halved.filter(|halved| halved.error < best.error).or(cut));
         }
         if intervals >= FINEST_BEFORE_CUT
             && self.crosses_corners

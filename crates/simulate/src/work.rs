@@ -69,6 +69,15 @@ impl Work {
         self.left.set(QUESTION);
     }
 
+    /// Does a part of the work with half of the rest: what follows has the other half.
+    pub(super) fn within_half<T>(&self, part: impl FnOnce() -> T) -> T {
+        let kept = self.left.get() / 2;
+        self.left.set(self.left.get() - kept);
+        let done = part();
+        self.left.set(self.left.get() + kept);
+        done
+    }
+
     /// Subtracts evaluations of the law itself from the budget.
     ///
     /// # Errors

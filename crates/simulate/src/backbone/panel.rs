@@ -5,7 +5,7 @@ use super::super::Failure;
 use super::super::closing::{Amplitude, closing_dampings};
 use super::super::polar::Closing;
 use super::super::work::Work;
-use super::SIZES;
+use super::{FINEST_OF_MANY, SIZES};
 use slipmap_model::friction::Curve;
 use slipmap_numbers::chebyshev::{Between, coefficients, lebesgue, node, sum, sums};
 
@@ -40,9 +40,19 @@ impl Panel {
         Self { from, to, in_root, values: Vec::new(), orbits, series: Vec::new() }
     }
 
-    /// The range with its polynomial.
-    pub(super) fn solved(self, solver: &mut Solver) -> Result<Self, Failure> {
-        Self::through([self.from, self.to], self.in_root, self.orbits, solver)
+    /// The range with a polynomial of as many nodes as C needs there, if one of [`FINEST_OF_MANY`] intervals follows it.
+    pub(super) fn resolved(self, size: f64, solver: &mut Solver) -> Result<Self, Failure> {
+        let mut panel = Self::through([self.from, self.to], self.in_root, self.orbits, solver)?;
+        while !panel.follows(size, solver) && panel.values.len() <= FINEST_OF_MANY {
+            panel = panel.refined(solver)?;
+        }
+        Ok(panel)
+    }
+
+    /// Whether the polynomial follows C as accurately as the solver computes it, in units of `size`.
+    pub(super) fn follows(&self, size: f64, solver: &Solver) -> bool {
+        let node_error = node_error_of(&self.values, solver.error + solver.slope_error);
+        truncation_error(&self.series) <= (solver.tolerance * size).max(node_error)
     }
 
     /// The panel through the orbits at the nodes. Missing orbits are computed: every second one where the
