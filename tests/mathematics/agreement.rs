@@ -9,7 +9,7 @@ use crate::sample::{Random, Sample, Sampling, formula};
 use rayon::prelude::*;
 use slipmap::certify::{Decision, Guarantee, TESTS, validated};
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Column, Law, Table};
+use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{Control, Each, Engine, Grid, Method, Plan, Verdict, decide, run, unravel};
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::return_map::{Turn, is_resolved, turns_of};
@@ -124,16 +124,63 @@ impl Case {
         Self { c: top * random.between(0.0, 1.1).powi(3), ..case }
     }
 
+    /// Any law with a drop, from nodes to friction that pushes, on belts that are slow or fast beside the drop.
+    fn dropping(random: &mut Random) -> Self {
+        let belt_speed = random.log(0.02, 40.0);
+        let drop = if random.unit() < 0.3 { random.log(1e-4, 0.9) } else { 0.9 * random.unit() };
+        let onset = 1.0 - drop;
+        // Velocities of the law, on the scale of the orbit.
+        let size = belt_speed + drop;
+        let width = size * random.log(0.02, 2.0);
+        let fall = onset * random.unit();
+        let rise = if random.unit() < 0.5 { 0.0 } else { random.log(1e-3, 0.3) };
+        let formula = |text: String| Law::Expression(Expression::with_static(&text, 1.0).unwrap());
+        let (kind, law, parameters) = match (6.0 * random.unit()) as u32 {
+            0 => {
+                // Viscous parts up to nodes.
+                let eta = if random.unit() < 0.5 { rise } else { 3.0 * random.unit() };
+                ("coulomb", Law::Coulomb, vec![drop, eta])
+            }
+            1 => ("stribeck", Law::Stribeck.with_drop(), vec![random.unit(), rise / size, 1.0 / width, drop]),
+            2 => ("exponential", Law::Exponential.with_drop(), vec![random.unit(), width, rise, drop]),
+            3 => ("lorentzian", Law::Lorentzian.with_drop(), vec![random.unit(), width, rise, drop]),
+            4 => {
+                let text = match (5.0 * random.unit()) as u32 {
+                    0 => format!("{onset} - {fall}*tanh(u/{width}) + {rise}*u"),
+                    1 => format!("{onset} + {fall}*(exp(-(u/{width})^2) - 1)"),
+                    2 => format!("{onset} - {fall}*tanh(u/{width}) + {}*sin(u/{width})^2", 0.2 * fall),
+                    // It rises first.
+                    3 => format!("{onset} + {rise}*u*exp(-u/{width}) + 0.01*u"),
+                    // It pushes at high slip speeds.
+                    _ => format!("{onset} - {}*u/({width} + u)", onset + random.unit()),
+                };
+                ("formula", formula(text), vec![])
+            }
+            _ => {
+                let (mut u, mut data) = (0.0, vec![(0.0, onset)]);
+                while u < 5.0 * size {
+                    u += (0.1 * width + 0.1 * u) * (0.5 + random.unit());
+                    let noise = 0.01 * fall * (random.unit() - 0.5);
+                    data.push((u, onset - fall * (u / width).tanh() + rise * u + noise));
+                }
+                ("table", Law::Table(Table::with_static("random", &data, 1.0).unwrap()), vec![])
+            }
+        };
+        let case = Self::new((kind, law, parameters), random.log(0.1, 1.0), belt_speed);
+        Self { c: damping(&case.column, random), ..case }
+    }
+
     fn numbered(number: u64) -> Self {
         // A stream of random numbers per point: the points do not depend on the threads, and the larger
         // surveys contain the smaller.
         let mut random = Random(number.wrapping_mul(0xd134_2543_de82_ef95));
-        match number % 5 {
+        match number % 6 {
             0 => Self::of_sample(&random.anywhere()),
             1 => Self::of_sample(&random.near_boundary()),
-            2 => Self::any_law(number / 5),
+            2 => Self::any_law(number / 6),
             3 => Self::node(&mut random),
-            _ => Self::fast(&mut random),
+            4 => Self::fast(&mut random),
+            _ => Self::dropping(&mut random),
         }
     }
 
@@ -229,7 +276,10 @@ impl Heard {
         let theorems = TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon);
         opinions.extend(theorems.map(|test| Opinion::of_claim(test.name, (test.claim)(column).decide(*c))));
         if asks_all {
-            let backbone = Backbone::of(column, tolerance).ok();
+            // With a drop orbits close at another damping than the critical one.
+            let backbone = Some(column)
+                .filter(|_| oscillator.drop() == 0.0)
+                .and_then(|column| Backbone::of(column, tolerance).ok());
             opinions.extend(backbone.map(|backbone| {
                 let apart = backbone.viscous(column.belt_speed) - oscillator.viscous;
                 Opinion::of_sign("backbone", apart, backbone.error)
@@ -244,22 +294,24 @@ impl Heard {
     }
 
     /// The largest distance of two margins, or of the landings, in units of the sum of their errors.
-    fn discord(&self, belt_speed: f64) -> f64 {
+    fn discord(&self, oscillator: &Oscillator) -> f64 {
         let margins: Vec<[f64; 2]> = self.opinions.iter().filter_map(|opinion| opinion.margin).collect();
         let pairs = margins.iter().flat_map(|a| margins.iter().map(move |b| (a, b)));
         let ratios = pairs.map(|(a, b)| if a == b { 0.0 } else { (a[0] - b[0]).abs() / (a[1] + b[1]) });
-        ratios.fold(self.landing_discord(belt_speed), f64::max)
+        ratios.fold(self.landing_discord(oscillator), f64::max)
     }
 
     /// Along the belt line the error of x2 is magnified by the slope at which the orbit meets it: x1 has
-    /// the error V margin_error (1 + V / wL).
-    fn landing_discord(&self, belt_speed: f64) -> f64 {
+    /// the error V margin_error (1 + V / wL), where the mass sticks for (wL + j) / V.
+    fn landing_discord(&self, oscillator: &Oscillator) -> f64 {
         let (Fate::Sticks(one), Fate::Sticks(two)) = (self.witness.fate, self.flow.fate) else { return 0.0 };
         if one.crossings != Some(0) || two.crossings != Some(0) || one.x1 == two.x1 {
             return 0.0;
         }
+        let belt_speed = oscillator.belt_speed;
         let across = belt_speed * (self.witness.margin_error + self.flow.margin_error);
-        (one.x1 - two.x1).abs() / (across * (1.0 + 1.0 / one.stick_time))
+        let slope = one.stick_time - oscillator.drop() / belt_speed;
+        (one.x1 - two.x1).abs() / (across * (1.0 + 1.0 / slope))
     }
 }
 
@@ -308,12 +360,21 @@ impl Tally {
             }
         };
         judge(heard.agree_on_fates(), "fates");
-        tally.worst_discord = heard.discord(case.column.belt_speed);
+        // No theorem claims more than the critical damping leaves, but for the rounding of its edges.
+        if let Ok(found) = critical_damping(&case.column, TOLERANCE) {
+            let error = found.error + 1e-13 * (1.0 + found.c.abs()) / case.column.epsilon;
+            for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
+                let claim = (test.claim)(&case.column);
+                let holds = claim.present_below <= found.c + error && claim.absent_above >= found.c - error;
+                judge(holds, test.name);
+            }
+        }
+        tally.worst_discord = heard.discord(&case.oscillator());
         if tally.worst_discord > 1.0 {
             tally.discords = 1;
             // The witness' estimate is sometimes too small where friction is steep next to the belt line.
             let finer = Heard::new(case, 1e-3 * TOLERANCE, false);
-            judge(tally.worst_discord <= 10.0 && finer.discord(case.column.belt_speed) <= 1.0, "margins");
+            judge(tally.worst_discord <= 10.0 && finer.discord(&case.oscillator()) <= 1.0, "margins");
         }
         for flow in [&heard.witness, &heard.flow] {
             judge_landing(flow, &case.oscillator(), &mut judge);
@@ -370,13 +431,14 @@ fn survey(count: u64) -> Tally {
     assert!(tally.problems.is_empty(), "{}", tally.problems[..tally.problems.len().min(20)].join("\n"));
     // One estimate in five thousand points may be too small, as the witness' documentation states.
     assert!(5000 * tally.discords <= count + 5000, "{} of {count} margins are at odds", tally.discords);
-    assert!(1000 * tally.open.len() as u64 <= count, "{}", tally.open.join("\n"));
+    // Constant friction without damping grazes exactly, and is open.
+    assert!(1000 * tally.open.len() as u64 <= count + 1000, "{}", tally.open.join("\n"));
     tally
 }
 
 #[test]
 fn every_engine_says_the_same_of_every_law() {
-    let tally = survey(600);
+    let tally = survey(720);
     for fates in ["sticks", "sticks from above", "spirals inward", "crosses for ever"] {
         assert!(tally.fates.contains_key(&[fates, fates]), "the sample has no orbit that {fates}");
     }

@@ -1,12 +1,12 @@
-//! Friction that drops as slip begins (theory, "Breakaway"): closed forms, tables in extended precision, limits,
-//! and every engine and test against the others on random laws.
+//! Friction that drops as slip begins (theory, "Breakaway"): closed forms, tables in extended precision, and limits.
+//! Random laws with a drop are among those of the test over every engine.
 
 use std::f64::consts::TAU;
 
+use slipmap::certify::symmetric;
 use slipmap::certify::validated::any_law;
-use slipmap::certify::{Decision, Guarantee, TESTS, symmetric, validated};
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Column, Curve, Expression, Law, Table};
+use slipmap::friction::{Column, Curve, Expression, Law};
 use slipmap::simulate::{Fate, critical_damping, flow};
 use slipmap::witness::{self, Ending, Phase, Start, trace};
 
@@ -24,15 +24,6 @@ fn coulomb(drop: f64, belt_speed: f64) -> Column {
 
 fn formula(text: &str, level: f64) -> Law {
     Law::Expression(Expression::with_static(text, level).unwrap())
-}
-
-/// What a fate says of a stick-slip cycle; `None` where it says nothing.
-fn says(fate: &Fate) -> Option<Decision> {
-    match fate {
-        Fate::Sticks(_) => Some(Decision::Present),
-        Fate::SpiralsInward | Fate::CrossesForever => Some(Decision::Absent),
-        Fate::TooCloseToCall | Fate::Failed(_) => None,
-    }
 }
 
 /// Two coefficients: damping ratio, and V/j at which it is the critical one, computed with 150 bits from the
@@ -185,182 +176,6 @@ fn a_mass_sticks_until_friction_at_rest_is_exhausted() {
     let held = trace(&oscillator, Start::State { x1, x2: belt_speed }, 1e-9, 10.0);
     assert_eq!(held.samples[0].phase, Phase::Stick);
     assert!((held.samples[1].t - 0.5 * drop / belt_speed).abs() < 1e-12);
-}
-
-/// A random law with a drop, and a column of it.
-fn anything(random: &mut Random) -> (String, Column) {
-    let belt_speed = random.log(0.02, 40.0);
-    let drop = if random.unit() < 0.3 { random.log(1e-4, 0.9) } else { 0.9 * random.unit() };
-    let onset = 1.0 - drop;
-    // Velocities of the law, on the scale of the orbit.
-    let size = belt_speed + drop;
-    let width = size * random.log(0.02, 2.0);
-    let fall = onset * random.unit();
-    let rise = if random.unit() < 0.5 { 0.0 } else { random.log(1e-3, 0.3) };
-    let (law, parameters) = match (6.0 * random.unit()) as u32 {
-        0 => {
-            // Viscous parts up to nodes.
-            let eta = if random.unit() < 0.5 { rise } else { 3.0 * random.unit() };
-            (Law::Coulomb, vec![drop, eta])
-        }
-        1 => (Law::Stribeck.with_drop(), vec![random.unit(), rise / size, 1.0 / width, 0.0]),
-        2 => (Law::Exponential.with_drop(), vec![random.unit(), width, rise, 0.0]),
-        3 => (Law::Lorentzian.with_drop(), vec![random.unit(), width, rise, 0.0]),
-        4 => {
-            let text = match (5.0 * random.unit()) as u32 {
-                0 => format!("{onset} - {fall}*tanh(u/{width}) + {rise}*u"),
-                1 => format!("{onset} + {fall}*(exp(-(u/{width})^2) - 1)"),
-                2 => format!("{onset} - {fall}*tanh(u/{width}) + {}*sin(u/{width})^2", 0.2 * fall),
-                // It rises first.
-                3 => format!("{onset} + {rise}*u*exp(-u/{width}) + 0.01*u"),
-                // It pushes at high slip speeds.
-                _ => format!("{onset} - {}*u/({width} + u)", onset + random.unit()),
-            };
-            (formula(&text, 1.0), vec![])
-        }
-        _ => {
-            let step = 0.1 * width;
-            let mut u = 0.0;
-            let mut data = vec![(0.0, onset)];
-            while u < 5.0 * size {
-                u += (step + 0.1 * u) * (0.5 + random.unit());
-                let noise = 0.01 * fall * (random.unit() - 0.5);
-                data.push((u, onset - fall * (u / width).tanh() + rise * u + noise));
-            }
-            (Law::Table(Table::with_static("random", &data, 1.0).unwrap()), vec![])
-        }
-    };
-    // The drop of laws that have it as a parameter.
-    let mut parameters: Vec<f64> = parameters;
-    if let [.., last] = parameters.as_mut_slice()
-        && law != Law::Coulomb
-    {
-        *last = drop;
-    }
-    let epsilon = random.log(0.1, 1.0);
-    let point = law.point(epsilon, &parameters, belt_speed, 0.0).unwrap();
-    (format!("{law:?} {parameters:?} eps {epsilon} V {belt_speed}"), law.column(&point))
-}
-
-/// What random columns showed.
-#[derive(Debug, Default)]
-struct Tally {
-    columns: u32,
-    without_critical: u32,
-    fates: [u32; 2],
-    from_above: u32,
-    cross_for_ever: u32,
-    undecided: u32,
-    presence: u32,
-    absence: u32,
-    enclosed: u32,
-}
-
-/// Compares all engines and tests on random columns with a drop.
-fn survey(seed: u64, count: u32) -> Tally {
-    let mut random = Random(seed);
-    let mut tally = Tally::default();
-    for number in 0..count {
-        let (name, column) = anything(&mut random);
-        tally.columns += 1;
-        let claims: Vec<_> = (TESTS.iter())
-            .filter(|test| test.guarantee == Guarantee::FiniteEpsilon)
-            .map(|test| (test.name, (test.claim)(&column)))
-            .collect();
-        let critical =
-            critical_damping(&column, 1e-10).ok().filter(|it| it.error < 1e-3 * it.c.abs().max(1e-3));
-        let (near, error) = match critical {
-            Some(found) => (found.c.max(0.0), found.error),
-            None => {
-                tally.without_critical += 1;
-                (0.1 * random.unit() / column.epsilon, f64::INFINITY)
-            }
-        };
-        if let Some(found) = critical {
-            for (test, claim) in &claims {
-                assert!(
-                    claim.present_below <= found.c + found.error
-                        && claim.absent_above >= found.c - found.error,
-                    "{name}: {test} {claim:?} {found:?}"
-                );
-            }
-        }
-        if number % 16 == 0 {
-            let claim = (validated::TEST.claim)(&column);
-            if let Some(found) = critical {
-                let slack = 2.0 * found.error + 1e-13 * (1.0 + found.c.abs());
-                assert!(
-                    claim.present_below <= found.c + slack && found.c - slack <= claim.absent_above,
-                    "{name}: {claim:?} {found:?}"
-                );
-                tally.enclosed += u32::from(claim.absent_above - claim.present_below < 1e-6 * found.c.abs());
-            }
-        }
-        let share = random.log(1e-6, 1.0) * if random.unit() < 0.5 { -1.0 } else { 1.0 };
-        for c in [near * (1.0 + share), 1.5 * near * random.unit()] {
-            let oscillator = Oscillator::in_column(&column, c);
-            let (own, other) =
-                (flow(&oscillator, 1e-10).fate, witness::decisive_flow(&oscillator, 1e-10).fate);
-            let (Some(one), Some(two)) = (returns(&own), returns(&other)) else {
-                tally.undecided += 1;
-                continue;
-            };
-            assert_eq!((one, says(&own)), (two, says(&other)), "{name} at {c}: {own:?} {other:?}");
-            if let (Fate::Sticks(own), Fate::Sticks(other)) = (&own, &other) {
-                let exit = oscillator.exit_x1();
-                assert!(own.x1 > exit - 2.0 - 1e-9 && own.x1 < exit + 1e-9, "{name} at {c}: {own:?}");
-                assert!(
-                    (own.x1 + column.belt_speed * own.stick_time - exit).abs() < 1e-9 * (1.0 + exit.abs())
-                );
-                assert_eq!(own.crossings, other.crossings, "{name} at {c}");
-                // The witness tells no error; next to grazing the landing has half the digits.
-                assert!((own.x1 - other.x1).abs() < 1e-4, "{name} at {c}: {own:?} {other:?}");
-                tally.from_above += u32::from(own.crossings == Some(1));
-            }
-            if let Some(found) = critical
-                && (c - found.c).abs() > error
-            {
-                assert_eq!(one, c < found.c, "{name} at {c}: {own:?} {found:?}");
-            }
-            tally.fates[usize::from(one)] += 1;
-            tally.cross_for_ever += u32::from(own == Fate::CrossesForever);
-            for (test, claim) in &claims {
-                match claim.decide(c) {
-                    Decision::Undecided => continue,
-                    decided => {
-                        assert_eq!(Some(decided), says(&other), "{name} at {c}: {test} {claim:?} {other:?}")
-                    }
-                }
-                match claim.decide(c) {
-                    Decision::Present => tally.presence += 1,
-                    _ => tally.absence += 1,
-                }
-            }
-        }
-    }
-    tally
-}
-
-#[test]
-fn engines_and_tests_agree_on_random_laws_with_a_drop() {
-    let tally = survey(4801, 250);
-    let Tally { columns, fates, from_above, cross_for_ever, presence, absence, enclosed, .. } = tally;
-    assert!(fates.iter().all(|&count| count > columns / 4), "{tally:?}");
-    assert!(
-        from_above > 0 && cross_for_ever > 0 && presence > 30 && absence > 30 && enclosed > 5,
-        "{tally:?}"
-    );
-    assert!(10 * tally.without_critical < columns && 20 * tally.undecided < columns, "{tally:?}");
-}
-
-#[test]
-#[ignore = "minutes: SLIPMAP_POINTS='10000 7' cargo test --test mathematics drop:: -- --ignored --nocapture"]
-fn engines_and_tests_agree_on_many_random_laws_with_a_drop() {
-    let given = std::env::var("SLIPMAP_POINTS").unwrap_or("10000 7".into());
-    let [count, seed] = given.split_whitespace().map(|n| n.parse().unwrap()).collect::<Vec<u64>>()[..] else {
-        panic!("SLIPMAP_POINTS is a number of columns and a seed");
-    };
-    println!("{:?}", survey(seed, count as u32));
 }
 
 /// The test `symmetric` denies a cycle with a drop beyond its own edge without one; between the two there are cycles.

@@ -189,40 +189,6 @@ fn sticking_begins_and_ends_along_the_damping_of_a_fast_belt() {
     }
 }
 
-/// The verdict changes once along c, at the critical damping.
-#[test]
-fn one_critical_damping_separates_the_verdicts() {
-    let mut random = Random(4);
-    let mut tried = 0;
-    while tried < 300 {
-        let sample = random.anywhere();
-        if sample.drop_rate() == 0.0 {
-            continue;
-        }
-        let found = critical(&sample);
-        if found.c <= 0.0 {
-            continue;
-        }
-        tried += 1;
-        // Far enough for the direct engine at its finest: pi eps |c - c*| is the margin next to it.
-        let distance = 10.0 * found.error + 1e-12 / sample.epsilon;
-        for offset in [distance, 1e-3 * found.c, 0.3 * found.c, 0.9 * found.c] {
-            for (name, engine) in ENGINES {
-                for (c, returns) in [(found.c - offset, true), (found.c + offset, false)] {
-                    let answer = engine(&sample.at(c).oscillator(), 1e-13);
-                    let right = match answer.fate {
-                        Fate::Sticks(_) | Fate::CrossesForever => returns,
-                        Fate::SpiralsInward => !returns,
-                        Fate::TooCloseToCall => offset == distance,
-                        Fate::Failed(_) => false,
-                    };
-                    assert!(right, "{name}: {:?}, c* = {found:?}: {answer:?}", sample.at(c));
-                }
-            }
-        }
-    }
-}
-
 // ---------------------------------------------------------------- Coulomb friction
 
 /// Paper, section 3: constant friction alone (alpha = 1 or gamma = 0, with beta = 0) has no cycle, whatever

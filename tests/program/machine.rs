@@ -4,8 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::command::{Says, Scratch};
 use serde_json::Value;
-use slipmap::friction::Law;
-use slipmap::machine::{Dimension, Machine, Motion, Units};
+use slipmap::machine::{Dimension, Motion};
 use slipmap::store::MapFile;
 
 /// An example configuration as distributed.
@@ -108,45 +107,6 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let speed = if motion == Motion::Rotation { "critical rotary speed" } else { "critical belt speed" };
         text.says(&["in SI units", speed, motion.unit(Dimension::Damping), "Hz", "amplitude"]);
     }
-}
-
-#[test]
-fn the_drill_string_is_the_published_one() {
-    let config: toml_edit::DocumentMut = example("drill_string").parse().unwrap();
-    let number = |key: &str| config["machine"][key].as_float().unwrap();
-    // The torque on the bit of the source that the file names, at W_ob = 50 kN, and its static torque,
-    // 0.12446 W_ob.
-    let published = |u: f64| 0.155575 * (0.5 + (0.8 - 0.5) * (-0.9 * u).exp()) * 50_000.0;
-    assert_eq!([number("mass"), number("stiffness"), number("radius")], [471.9698, 861.5336, 0.155575]);
-    assert_eq!(config["machine"]["normal_force"].as_str(), Some("50 kN"));
-    let numbers = [
-        number("mass"),
-        number("stiffness"),
-        172.3067 + 50.0,
-        number("radius") * 50_000.0,
-        number("static_friction"),
-        number("kinetic_friction"),
-        number("stribeck_velocity"),
-        0.0,
-        10.0,
-    ];
-    let machine = Machine::from_array(Motion::Rotation, Law::Exponential, numbers);
-    let Units { force, velocity, damping, .. } = machine.units();
-    close(force, 0.12446 * 50_000.0, 8.0 * f64::EPSILON);
-    let model = machine.model().unwrap();
-    let (curve, point) = (model.column().curve, model.point);
-    for u in [0.0, 0.3, 1.0, 4.0, 10.0] {
-        // 1 / 0.9 is written with ten digits.
-        close(force * curve.phi(u / velocity), published(u), 1e-9);
-    }
-    // Highest damping of the file: twice that of the publication.
-    let dampings = config["machine"]["damping"].as_inline_table().unwrap();
-    close(dampings.get("to").unwrap().as_float().unwrap(), 2.0 * machine.damping, 8.0 * f64::EPSILON);
-    // Steady slip at W is stable iff the torque's fall at W is below the damping: the linear statement in SI
-    // units.
-    let fall = 0.155575 * 0.3 * 0.9 * (-9.0f64).exp() * 50_000.0;
-    let divergence = curve.weakening(point.belt_speed) - point.damping;
-    close(divergence * damping, fall - machine.damping, 1e-8);
 }
 
 #[test]

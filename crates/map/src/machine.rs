@@ -461,26 +461,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn by_hand() {
-        // F = 20 N, sqrt(k m) = 40 N s/m, so that U = 0.5 m/s, the length 25 mm and the time 50 ms.
-        let units = example(Law::Stribeck).units();
-        let motion = Motion::Translation;
-        let hand = Units { motion, time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
-        assert_eq!(units, hand);
-        let point = example(Law::Stribeck).model().unwrap().point;
-        let close = |a: f64, b: f64| assert!((a - b).abs() <= 4.0 * f64::EPSILON * b, "{a} {b}");
-        for (a, b) in point.law.as_slice().iter().zip([0.75, 0.0125, 2.0]) {
-            close(*a, b);
-        }
-        close(point.belt_speed, 0.2);
-        close(point.damping, 0.1);
-        let point = example(Law::Exponential).model().unwrap().point;
-        for (a, b) in point.law.as_slice().iter().zip([0.75, 0.5, 0.025]) {
-            close(*a, b);
-        }
-    }
-
-    #[test]
     fn there_and_back() {
         for law in Law::BUILT_IN {
             let machine = example(law.clone());

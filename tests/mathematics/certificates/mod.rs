@@ -1,15 +1,13 @@
-//! The closed-form tests compared with identities derived by hand and with an independent oracle: a plain
-//! fixed-step integration of the slip flow, written here from the equations and sharing no code with the
-//! crate.
-
-mod oracle;
+//! The closed-form tests compared with identities derived by hand and with the orbits of the witness, which share
+//! no code with them. That they contradict no engine is part of the test over every engine.
 
 use crate::sample::{Random, Sample};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 use slipmap::certify::{Claim, Decision, Guarantee, TESTS, by_name, landing};
+use slipmap::simulate::{Fate, Landing};
+use slipmap::witness::{Start, flow, trace};
 use std::f64::consts::{PI, TAU};
-use std::sync::LazyLock;
 
 impl Sample {
     fn claim(&self, test: &str) -> Claim {
@@ -52,89 +50,22 @@ fn points(seed: u64, count: usize) -> impl Iterator<Item = Sample> {
     (0..count).map(move |_| point(&mut random))
 }
 
-use oracle::{Fate, STEPS_PER_TURN, Turn};
-
-/// Random points with their turns, which several tests compare with what the closed forms say.
-static TURNS: LazyLock<Vec<(Sample, Turn)>> =
-    LazyLock::new(|| points(2, 4000).map(|p| (p, oracle::turn(&p, STEPS_PER_TURN))).collect());
-
-/// Bound on the oracle's error in x2 at the end of a turn, in units of V. Measured by `the_oracle_converges`,
-/// which leaves a factor of ten for points outside its sample.
-const ORACLE_ERROR: f64 = 1e-7;
-
-/// Bound on the oracle's error in the square of the landing speed, which is to first order 2 V times the
-/// height above the belt line that the orbit would reach.
-fn squared_speed_error(p: &Sample) -> f64 {
-    2.0 * ORACLE_ERROR * p.belt_speed * p.belt_speed
+/// Whether the orbit from the exit point sticks at once.
+fn sticks(p: &Sample) -> bool {
+    matches!(flow(&p.oscillator(), 1e-9).fate, Fate::Sticks(Landing { crossings: Some(0), .. }))
 }
 
-/// Returns whether the oracle's fate is within its error of the grazing boundary or of the end of the stick
-/// segment.
-fn too_close(p: &Sample, fate: Fate) -> bool {
-    let near = squared_speed_error(p);
-    match fate {
-        Fate::Inward(top) => p.belt_speed - top < ORACLE_ERROR * p.belt_speed,
-        Fate::Sticks(w) | Fate::SticksFromAbove(w) | Fate::Crosses(w) => {
-            w * w < near || (w * w - 4.0).abs() < near
-        }
-    }
-}
+/// Bound on the error of x2 in units of V, far above that of the witness.
+const ERROR: f64 = 1e-7;
 
-#[test]
-fn the_oracle_converges() {
-    let mut worst = 0.0f64;
-    for p in points(1, 400) {
-        let [coarse, fine] = [1, 2].map(|refine| oracle::turn(&p, refine * STEPS_PER_TURN));
-        let difference = match (coarse.fate, fine.fate) {
-            (Fate::Inward(a), Fate::Inward(b)) => (a - b).abs() / p.belt_speed,
-            (
-                Fate::Sticks(a) | Fate::SticksFromAbove(a) | Fate::Crosses(a),
-                Fate::Sticks(b) | Fate::SticksFromAbove(b) | Fate::Crosses(b),
-            ) => (a * a - b * b).abs() / (2.0 * p.belt_speed * p.belt_speed),
-            (a, b) => panic!("{p:?}: {a:?} {b:?}"),
-        };
-        worst = worst.max(difference).max((coarse.amplitude - fine.amplitude).abs() / p.belt_speed);
-    }
-    println!("oracle: largest difference on halving the step {worst:.1e}");
-    assert!(worst < 0.1 * ORACLE_ERROR, "{worst}");
-}
+/// What the samples of a trace, up to 0.1 rad apart, may miss of the largest -x2: 1 - cos 0.05 of it.
+const MISSED: f64 = 1.3e-3;
 
-#[test]
-fn certificates_are_never_contradicted() {
-    let names: Vec<_> = TESTS
-        .iter()
-        .filter(|test| test.guarantee == Guarantee::FiniteEpsilon)
-        .map(|test| test.name)
-        .collect();
-    assert_eq!(names, ["instability", "bendixson", "symmetric"]);
-    let (mut decided, mut skipped, mut nodes) = ([[0u32; 2]; 3], 0, 0);
-    for &(p, Turn { fate, .. }) in TURNS.iter() {
-        if too_close(&p, fate) {
-            skipped += 1;
-            continue;
-        }
-        nodes += u32::from(p.divergence(0.0) >= 2.0);
-        for (name, count) in names.iter().zip(&mut decided) {
-            match p.decide(name) {
-                Decision::Present => {
-                    assert!(matches!(fate, Fate::Sticks(_)), "{name} claims a cycle: {p:?} {fate:?}");
-                    count[0] += 1;
-                }
-                Decision::Absent => {
-                    assert!(matches!(fate, Fate::Inward(_)), "{name} denies a cycle: {p:?} {fate:?}");
-                    count[1] += 1;
-                }
-                Decision::Undecided => {}
-            }
-        }
-    }
-    println!("{skipped} points skipped, {nodes} with D(0) >= 2");
-    for (name, [present, absent]) in names.iter().zip(decided) {
-        println!("{name}: present {present}, absent {absent}");
-        assert!(present > 100, "{name} was hardly tried");
-    }
-    assert!(decided[1][1] > 100 && decided[2][1] > 100 && nodes > 50);
-    assert!(skipped < 10);
+/// The largest -x2 among the samples of the first turn.
+fn amplitude(p: &Sample) -> f64 {
+    let traced = trace(&p.oscillator(), Start::ExitPoint, 1e-9, 10.0);
+    let turns = traced.samples.windows(2).find(|pair| pair[1].x2 > pair[0].x2);
+    -turns.map_or(traced.samples[traced.samples.len() - 1], |pair| pair[0]).x2
 }
 
 /// Columns with a fast belt, where the orbit overshoots at small damping and sticks at larger.
@@ -151,20 +82,18 @@ fn presence_begins_where_the_orbit_lands_on_the_stick_segment() {
         }
         for c in [0.0, 0.5 * from, from, 0.5 * (from + to), from + 0.999 * (to - from)] {
             let p = base.at(c);
-            let fate = oracle::turn(&p, STEPS_PER_TURN).fate;
-            let sticks = matches!(fate, Fate::Sticks(_));
-            assert!(sticks || c < from, "{p:?} {fate:?}");
+            let sticks = sticks(&p);
+            assert!(sticks || c < from, "{p:?}");
             for test in ["instability", "bendixson", "symmetric"] {
                 let present = p.decide(test) == Decision::Present;
-                assert!(sticks || !present, "{test} ignores the landing: {p:?} {fate:?}");
+                assert!(sticks || !present, "{test} ignores the landing: {p:?}");
             }
         }
-        // The true end of the stick segment, by bisection with the oracle.
-        let sticks = |c: f64| matches!(oracle::turn(&base.at(c), STEPS_PER_TURN).fate, Fate::Sticks(_));
+        // The true end of the stick segment, by bisection.
         let (mut low, mut high) = (0.0, from);
         for _ in 0..12 {
             let middle = 0.5 * (low + high);
-            if sticks(middle) { high = middle } else { low = middle }
+            if sticks(&base.at(middle)) { high = middle } else { low = middle }
         }
         lost.push((from - high) / to);
     }
@@ -182,21 +111,23 @@ fn presence_begins_where_the_orbit_lands_on_the_stick_segment() {
 fn bounds_on_the_turn_hold_and_tighten() {
     let mut excess: [Vec<f64>; 4] = Default::default();
     let strips = [2, 8, 48, 96];
-    for (p, turn) in TURNS.iter() {
-        let speed = match turn.fate {
-            Fate::Inward(_) => 0.0,
-            Fate::Sticks(w) | Fate::SticksFromAbove(w) | Fate::Crosses(w) => w,
+    for p in points(2, 1000) {
+        let speed = match flow(&p.oscillator(), 1e-9).fate {
+            Fate::Sticks(Landing { crossings: Some(0), stick_time, .. }) => p.belt_speed * stick_time,
+            // It lands with this speed, or more.
+            Fate::Sticks(_) | Fate::CrossesForever => 2.0,
+            Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => 0.0,
         };
+        let least = amplitude(&p);
+        // To first order the square of the landing speed is 2 V times the height above the belt line that the orbit
+        // would reach.
+        let squared_error = 2.0 * ERROR * p.belt_speed * p.belt_speed;
         let column = p.column();
         for (n, excess) in strips.into_iter().zip(&mut excess) {
             let amplitude = landing::amplitude_bounds([(&column, p.damping)], n)[0];
-            assert!(
-                amplitude >= turn.amplitude - ORACLE_ERROR * p.belt_speed,
-                "{p:?} {n}: {amplitude} {}",
-                turn.amplitude
-            );
+            assert!(amplitude >= least - ERROR * p.belt_speed, "{p:?} {n}: {amplitude} {least}");
             let bound = landing::speed_bound(&column, p.damping, n);
-            assert!(bound * bound >= speed * speed - squared_speed_error(p), "{p:?} {n}: {bound} {speed}");
+            assert!(bound * bound >= speed * speed - squared_error, "{p:?} {n}: {bound} {speed}");
             if p.decide("instability") == Decision::Present {
                 excess.push(bound / speed - 1.0);
             }
@@ -215,7 +146,7 @@ fn bounds_on_the_turn_hold_and_tighten() {
     assert!((ratio - 2.0).abs() < 0.1, "{ratio}");
 }
 
-/// At the edge of the claim of `bendixson`, the divergence is positive on [0, V + R] with the oracle's
+/// At the edge of the claim of `bendixson`, the divergence is positive on [0, V + R] with the orbit's
 /// amplitude R, and the edge is not far from where that ends.
 #[test]
 fn bendixson_claims_presence_where_the_divergence_is_positive_along_the_orbit() {
@@ -226,15 +157,15 @@ fn bendixson_claims_presence_where_the_divergence_is_positive_along_the_orbit() 
             continue;
         }
         let at = p.at(edge);
-        let amplitude = oracle::turn(&at, STEPS_PER_TURN).amplitude;
+        let amplitude = amplitude(&at);
         assert!(
-            amplitude >= p.belt_speed * (1.0 - ORACLE_ERROR),
+            amplitude >= p.belt_speed * (1.0 - MISSED),
             "positive divergence cannot shrink the orbit: {p:?}"
         );
         // The divergence of this law falls with u, and by no more than this per unit of u.
         let slope = p.epsilon * (2.0 * p.epsilon * p.gamma * p.gamma * (1.0 - p.alpha) + 2.0 * p.beta);
         let least = at.divergence(p.belt_speed + amplitude);
-        let error = slope * ORACLE_ERROR * p.belt_speed + p.epsilon * p.threshold_error();
+        let error = slope * ERROR * p.belt_speed + p.epsilon * p.threshold_error();
         assert!(least >= -error, "{p:?} at c = {edge}: {least:e}");
         gaps.push(least / (p.epsilon * edge));
     }
@@ -245,55 +176,11 @@ fn bendixson_claims_presence_where_the_divergence_is_positive_along_the_orbit() 
     assert!(median < 0.01 && ninety < 0.1, "{median:e} {ninety:e}");
 }
 
-/// Theory: `symmetric` decides more than nine points in ten. The landing condition removes hardly more than
-/// it must.
+/// Theory: `symmetric` decides more than nine points in ten.
 #[test]
 fn share_of_points_that_symmetric_decides() {
-    let total = 20_000;
-    let (mut without, mut with, mut stick_unproved) = (0, 0, 0);
-    for p in points(5, total) {
-        let claim = p.claim("symmetric");
-        let landing_ignored = Claim { sticks_from: f64::NEG_INFINITY, ..claim };
-        let (bold, proved) = (landing_ignored.decide(p.damping), claim.decide(p.damping));
-        without += usize::from(bold != Decision::Undecided);
-        with += usize::from(proved != Decision::Undecided);
-        if bold != proved {
-            let fate = oracle::turn(&p, STEPS_PER_TURN).fate;
-            stick_unproved += usize::from(matches!(fate, Fate::Sticks(_)));
-        }
-    }
-    let share = |count: usize| count as f64 / total as f64;
-    println!("symmetric decides {:.4}, without the landing condition {:.4}", share(with), share(without));
-    println!("of the {} points between, {stick_unproved} stick at once", without - with);
-    assert!(share(with) > 0.9);
-}
-
-/// The asymptotic tests compared with the oracle: the counts of their errors at finite eps, and that none of
-/// them denies an orbit that returns, at these points. Above k = 15.62 harmonic balance may deny a cycle that
-/// exists, see tests/mathematics/identities.rs.
-#[test]
-fn asymptotic_tests_err_only_where_the_theory_says() {
-    let names = ["perturbation", "bendixson_leading", "harmonic_balance"];
-    let (mut false_present, mut false_absent) = ([0u32; 3], [0u32; 3]);
-    for &(p, Turn { fate, .. }) in TURNS.iter() {
-        if too_close(&p, fate) {
-            continue;
-        }
-        let sticks = matches!(fate, Fate::Sticks(_) | Fate::SticksFromAbove(_));
-        let returns = !matches!(fate, Fate::Inward(_));
-        for (i, name) in names.into_iter().enumerate() {
-            match p.decide(name) {
-                Decision::Present => false_present[i] += u32::from(!sticks),
-                Decision::Absent => {
-                    false_absent[i] += u32::from(sticks);
-                    assert!(!returns, "{name} denies a return: {p:?} {fate:?}");
-                }
-                Decision::Undecided => {}
-            }
-        }
-    }
-    println!("{names:?}: false presence {false_present:?}, false absence {false_absent:?}");
-    assert!(false_present[0] > 0, "the first-order test claims cycles that do not exist");
+    let decided = points(5, 20_000).filter(|p| p.decide("symmetric") != Decision::Undecided).count();
+    assert!(decided > 18_000, "{decided}");
 }
 
 fn any_point() -> impl Strategy<Value = Sample> {
