@@ -292,8 +292,7 @@ impl Backbone {
             if has_corners || best.hidden > enough {
                 return Ok(cut);
             }
-            // Halves may need more work than there is.
-            let halved = work.within_half(|| best.halved(curve, tolerance, work)).ok().flatten();
+            let halved = work.optional(|| best.halved(curve, tolerance, work)).flatten();
             return Ok(halved.filter(|halved| halved.error < best.error).or(cut));
         }
         if intervals >= FINEST_BEFORE_CUT

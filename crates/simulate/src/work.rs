@@ -20,7 +20,7 @@ const ORBIT: u64 = 4_000_000;
 const FEWEST: u64 = 60_000;
 
 /// The rest of a budget.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Work {
     left: Cell<u64>,
     /// Evaluations so far, of the law itself or of its compiled form.
@@ -29,12 +29,14 @@ pub(super) struct Work {
     spent: Cell<u64>,
     /// Cost of an evaluation of the law itself.
     cost: u64,
+    /// Whether an optional part has failed.
+    gave_up: Cell<bool>,
 }
 
 impl Work {
     /// The whole budget for oscillators with this law.
     pub(super) fn of_question(curve: &Curve) -> Self {
-        Self { left: Cell::new(QUESTION), done: Cell::new(0), spent: Cell::new(0), cost: curve.cost() }
+        Self { left: Cell::new(QUESTION), cost: curve.cost(), ..Self::default() }
     }
 
     /// The whole budget for one orbit.
@@ -69,12 +71,16 @@ impl Work {
         self.left.set(QUESTION);
     }
 
-    /// Does a part of the work with half of the rest: what follows has the other half.
-    pub(super) fn within_half<T>(&self, part: impl FnOnce() -> T) -> T {
+    /// Tries what the work can do without, with half of the rest, and not again once that has failed.
+    pub(super) fn optional<T>(&self, part: impl FnOnce() -> Result<T, Failure>) -> Option<T> {
+        if self.gave_up.get() {
+            return None;
+        }
         let kept = self.left.get() / 2;
         self.left.set(self.left.get() - kept);
-        let done = part();
+        let done = part().ok();
         self.left.set(self.left.get() + kept);
+        self.gave_up.set(done.is_none());
         done
     }
 
