@@ -6,6 +6,8 @@
 //! vector and the components of one orbit. Every product is fused with its sum, which makes results equal on
 //! all machines, whatever their vector width.
 
+use super::polar::LANES;
+
 /// Number of stages, and of right-hand sides per step.
 pub(super) const STAGES: usize = 12;
 
@@ -114,15 +116,19 @@ pub(super) fn step<const N: usize>(
     // function, and then they are not inlined.
     let mut k = [[0.0_f64; N]; STAGES];
     for stage in 0..STAGES {
-        let mut sum = [0.0_f64; N];
-        for &(other, weight) in MATRIX[stage] {
-            for lane in 0..N {
-                sum[lane] = k[other][lane].mul_add(weight, sum[lane]);
-            }
-        }
         let mut at = *state;
-        for lane in 0..N {
-            at[lane] = sum[lane].mul_add(h, at[lane]);
+        // One vector of lanes after the other: sums of all of them may lack registers.
+        for from in (0..N).step_by(LANES) {
+            let lanes = LANES.min(N - from);
+            let mut sum = [0.0_f64; LANES];
+            for &(other, weight) in MATRIX[stage] {
+                for lane in 0..lanes {
+                    sum[lane] = k[other][from + lane].mul_add(weight, sum[lane]);
+                }
+            }
+            for lane in 0..lanes {
+                at[from + lane] = sum[lane].mul_add(h, at[from + lane]);
+            }
         }
         k[stage] = field.slope(stage, &at);
     }
