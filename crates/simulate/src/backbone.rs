@@ -258,7 +258,8 @@ impl Backbone {
     }
 
     /// The backbone of the same curve through twice as many nodes, or cut at the amplitudes at which orbits
-    /// begin to reach a corner where that takes fewer nodes; `None` where neither would improve it.
+    /// begin to reach a corner where that takes fewer nodes, or halved where no polynomial follows it; `None` where nothing
+    /// would improve it.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
@@ -279,7 +280,6 @@ impl Backbone {
         let intervals = panel.values.len() - 1;
         let enough = (tolerance * largest(&panel.values)).max(node_error_of(&panel.values, self.node_error));
         let Self { belt_speed, node_error: error, rhs, .. } = *self;
-        let solver = || Solver { error, rhs, ..Solver::new(curve, belt_speed, tolerance, work) };
         let cut = || Self::cut(curve, belt_speed, tolerance, work);
         if truncation_error(&panel.series).max(self.hidden) <= enough {
             return Ok(None);
@@ -301,7 +301,7 @@ impl Backbone {
         {
             return Ok(Some(cut));
         }
-        let mut solver = solver();
+        let mut solver = Solver { error, rhs, ..Solver::new(curve, belt_speed, tolerance, work) };
         let finer = panel.refined(&mut solver)?;
         Ok(Some(Self::of_panels(vec![finer], solver)))
     }
