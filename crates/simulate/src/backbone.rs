@@ -217,7 +217,8 @@ impl Backbone {
             if panels.len() + left.len() > most {
                 return Err(Failure::StepBudget);
             }
-            for half in panel.halves().into_iter().rev() {
+            let Some(halves) = panel.halves() else { return Ok(None) };
+            for half in halves.into_iter().rev() {
                 left.push(half.resolved(size, &mut solver)?);
             }
         }

@@ -191,6 +191,7 @@ impl Measured {
         let share = near.speed / (far.speed - near.speed);
         let line = near.friction + share * (near.friction - far.friction);
         let error = ((1.0 + share) * near.error).hypot(share * far.error);
+        // What is given is exact; without errors of the rows it has none either, which is NaN.
         let (friction, error, is_line) = match level {
             Level::Given(level) if level < line => (level, 0.0 * error, false),
             _ => (line, error, true),

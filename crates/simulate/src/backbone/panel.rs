@@ -128,15 +128,13 @@ impl Panel {
         Self::through([self.from, self.to], self.in_root, orbits, solver)
     }
 
-    /// The halves of its range, each with half as many intervals.
-    pub(super) fn halves(&self) -> Vec<Self> {
+    /// The halves of its range, each with half as many intervals; `None` if the orbits at their ends are not known.
+    pub(super) fn halves(&self) -> Option<[Self; 2]> {
         let last = self.orbits.len() - 1;
         let end = |i: usize| Some((self.radius(node(i, last)), self.orbits[i]?));
-        let half = |ends: [usize; 2]| {
-            let [lower, upper] = ends.map(end);
-            Some(Self::between_ends([lower?, upper?], self.in_root, (last / 2).max(SIZES[0])))
-        };
-        [[last, last / 2], [last / 2, 0]].into_iter().filter_map(half).collect()
+        let [lower, middle, upper] = [end(last)?, end(last / 2)?, end(0)?];
+        let half = |ends| Self::between_ends(ends, self.in_root, (last / 2).max(SIZES[0]));
+        Some([half([lower, middle]), half([middle, upper])])
     }
 
     /// The amplitude at -1 <= `x` <= 1.
