@@ -116,27 +116,6 @@ impl Claim {
         }
     }
 
-    /// The verdicts at the dampings `cs`, which ascend: in their order the number of dampings of each.
-    #[must_use]
-    pub fn along(&self, cs: &[f64]) -> [(Decision, usize); 4] {
-        let present_to = cs.partition_point(|&c| c < self.present_below);
-        // Most claims have one edge; what holds for the first or the last damping holds for all.
-        let present_from = match cs.first() {
-            Some(&c) if c >= self.sticks_from => 0,
-            _ => cs.partition_point(|&c| !(c >= self.sticks_from)).min(present_to),
-        };
-        let absent_from = match cs.last() {
-            Some(&c) if !(c > self.absent_above) => cs.len(),
-            _ => cs.partition_point(|&c| !(c > self.absent_above)).max(present_to),
-        };
-        [
-            (Decision::Undecided, present_from),
-            (Decision::Present, present_to - present_from),
-            (Decision::Undecided, absent_from - present_to),
-            (Decision::Absent, cs.len() - absent_from),
-        ]
-    }
-
     /// The edge of the claim of presence; `None` where presence is claimed at no legal damping.
     pub fn edge(&self) -> Option<f64> {
         let is_claimed = self.present_below >= 0.0 && self.sticks_from < self.present_below;
@@ -153,6 +132,49 @@ impl Claim {
             false => f64::NEG_INFINITY,
         }
     }
+}
+
+/// Dampings that ascend, at which claims are asked one after the other.
+#[derive(Debug)]
+pub struct Dampings<'a> {
+    cs: &'a [f64],
+    /// Where the last claim had its edges. Those of neighbouring columns lie between the same dampings as a rule.
+    sticks_from: usize,
+    present_to: usize,
+    absent_from: usize,
+}
+
+impl<'a> Dampings<'a> {
+    /// The dampings `cs`, which ascend.
+    pub fn new(cs: &'a [f64]) -> Self {
+        Self { cs, sticks_from: 0, present_to: 0, absent_from: 0 }
+    }
+
+    /// The verdicts of a claim: in the order of the dampings the number of those with each.
+    #[inline]
+    pub fn decide(&mut self, claim: &Claim) -> [(Decision, usize); 4] {
+        let Claim { sticks_from, present_below, absent_above } = *claim;
+        let sticks_from = edge(self.cs, &mut self.sticks_from, |c| !(c >= sticks_from));
+        let present_to = edge(self.cs, &mut self.present_to, |c| c < present_below);
+        let absent_from = edge(self.cs, &mut self.absent_from, |c| !(c > absent_above)).max(present_to);
+        let present_from = sticks_from.min(present_to);
+        [
+            (Decision::Undecided, present_from),
+            (Decision::Present, present_to - present_from),
+            (Decision::Undecided, absent_from - present_to),
+            (Decision::Absent, self.cs.len() - absent_from),
+        ]
+    }
+}
+
+/// The number of the dampings that are before an edge, first tried as it `was`.
+#[inline]
+fn edge(cs: &[f64], was: &mut usize, is_before: impl Fn(f64) -> bool) -> usize {
+    let is_still = (*was == 0 || is_before(cs[*was - 1])) && (*was == cs.len() || !is_before(cs[*was]));
+    if !is_still {
+        *was = cs.partition_point(|&c| is_before(c));
+    }
+    *was
 }
 
 /// The edge of a claim of presence for eps c < `bound`: `bound` / eps.
@@ -327,7 +349,7 @@ mod tests {
             }
             let claim = Claim { sticks_from, present_below, absent_above };
             for cs in [&[][..], &[0.5], &[0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0]] {
-                let along = claim.along(cs).into_iter();
+                let along = Dampings::new(cs).decide(&claim).into_iter();
                 let along: Vec<_> = along.flat_map(|(decision, cells)| vec![decision; cells]).collect();
                 let one_by_one: Vec<_> = cs.iter().map(|&c| claim.decide(c)).collect();
                 assert_eq!(along, one_by_one, "{claim:?} {cs:?}");

@@ -16,7 +16,7 @@ use super::quantity::describe;
 use super::simulation::{Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Runs, Sink, Tile, TileData, Verdict};
 use crate::clock::timed;
-use slipmap_certify::{Claim, Columns};
+use slipmap_certify::{Claim, Columns, Dampings};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_simulate::return_map::{flow_after_turn, is_resolved};
@@ -281,8 +281,9 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
 /// Evaluates a closed-form test on the columns of a tile, cell by cell.
 fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> MethodCells {
     let mut cells = MethodCells::new(method, Runs::new());
+    let mut dampings = Dampings::new(cs);
     for claim in claims {
-        for (decision, length) in claim.along(cs) {
+        for (decision, length) in dampings.decide(claim) {
             cells.verdicts.push(decision.into(), length);
         }
         if plan.stores(Field::Margin) {

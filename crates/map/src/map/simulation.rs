@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::end::End;
 use super::interpolation::Interpolated;
 use super::{Engine, Runs, Verdict};
-use slipmap_certify::{Claim, Columns, Decision, landing};
+use slipmap_certify::{Claim, Columns, Dampings, Decision, landing};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_numbers::named_sums;
@@ -212,13 +212,14 @@ fn by_column(
     done: &mut Simulated,
 ) {
     let tolerance = tolerances[1];
+    let mut dampings = Dampings::new(cs);
     let path = |(number, column): (usize, &Column)| {
         let ends = cs.iter().map(|&c| known.end(number, column, c));
         if let Some(ends) = ends.collect::<Option<_>>() {
             return Path::Interpolated(ends);
         }
         let claim = columns.symmetric(number);
-        let decisions = claim.along(cs);
+        let decisions = dampings.decide(&claim);
         let is_decided =
             decisions.iter().all(|&(decision, cells)| decision != Decision::Undecided || cells == 0);
         match engine == Engine::Auto && is_decided {
