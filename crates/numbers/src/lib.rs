@@ -1,6 +1,7 @@
 //! Arithmetic that knows no friction: intervals, truncated Taylor series, Chebyshev polynomials, quadrature,
 //! roots; numbers as text, names of enums; the processor's vectors.
 
+mod aligned;
 pub mod chebyshev;
 pub mod gauss;
 pub mod interval;
@@ -13,5 +14,6 @@ pub mod spacing;
 pub mod text;
 mod vectorized;
 
+pub use aligned::Aligned;
 pub use range::Range;
 pub use vectorized::vectorized;

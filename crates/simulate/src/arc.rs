@@ -24,7 +24,7 @@ use super::work::Work;
 use slipmap_model::corners::{self, End};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::friction::Weakening;
-use slipmap_numbers::vectorized;
+use slipmap_numbers::{Aligned, vectorized};
 
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
@@ -147,9 +147,9 @@ struct Lienard<'a>(&'a Walk<'a>);
 
 impl Field<3> for Lienard<'_> {
     #[inline(always)]
-    fn slope(&mut self, _stage: usize, &[x, w, _]: &[f64; 3]) -> [f64; 3] {
+    fn slope(&mut self, _stage: usize, &Aligned([x, w, _]): &Aligned<3>) -> Aligned<3> {
         let d = self.0.divergence(x);
-        [w, d.mul_add(w, -(self.0.origin + x)), d]
+        Aligned([w, d.mul_add(w, -(self.0.origin + x)), d])
     }
 }
 
@@ -301,9 +301,9 @@ impl<'a> Walk<'a> {
 
     /// The state a time `h` after `from`.
     pub(super) fn after(&self, from: &State, h: f64) -> State {
-        let ([x, w, growth], error) = vectorized(
+        let (Aligned([x, w, growth]), error) = vectorized(
             #[inline(always)]
-            || step(h, &[from.x, from.w, from.growth], &mut Lienard(self)),
+            || step(h, &Aligned([from.x, from.w, from.growth]), &mut Lienard(self)),
         );
         self.work.count(STAGES as u64 + 1);
         let (v, time, divergence) = (self.origin + x, from.time + h, self.divergence(x));

@@ -35,9 +35,9 @@
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
-use super::polar::{Angle, Closing, LANES, Lanes, exp};
+use super::polar::{Angle, Closing, LANES, Lanes, Vector, exp};
 use slipmap_model::point::ScaledGroups;
-use slipmap_numbers::vectorized;
+use slipmap_numbers::{Aligned, vectorized};
 
 /// A column that fails on one of this many coarsest circles, or on its first, is tried again on the next.
 const RETRY_RUNGS: usize = 4;
@@ -116,7 +116,7 @@ fn exp_m1_above(x: f64) -> f64 {
 /// Result of the sweeps on one circle.
 struct Sweeps {
     /// Bound on the error of C that more sweeps would remove.
-    left: [f64; LANES],
+    left: Vector,
     /// Whether `left` is as small as requested, or at the level of round-off.
     settled: [bool; LANES],
     /// Whether the orbit stays in the domain of the polar form.
@@ -127,17 +127,17 @@ struct Sweeps {
 /// Arrays of the sweeps, angle by angle; allocated once for many circles.
 struct Workspace {
     /// ln(r/V) on the next coarser circle, with which the sweeps start.
-    coarse: Vec<[f64; LANES]>,
-    log_r: Vec<[f64; LANES]>,
-    slope: Vec<[f64; LANES]>,
-    by_c: Vec<[f64; LANES]>,
+    coarse: Vec<Vector>,
+    log_r: Vec<Vector>,
+    slope: Vec<Vector>,
+    by_c: Vec<Vector>,
     /// The function whose antiderivative is `log_r`.
-    fitted: Vec<[f64; LANES]>,
+    fitted: Vec<Vector>,
 }
 
 impl Workspace {
     fn new() -> Self {
-        let angles = || vec![[0.0; LANES]; ANGLES[ANGLES.len() - 1]];
+        let angles = || vec![Vector::default(); ANGLES[ANGLES.len() - 1]];
         let [coarse, log_r, slope, by_c, fitted] = std::array::from_fn(|_| angles());
         Self { coarse, log_r, slope, by_c, fitted }
     }
@@ -145,22 +145,22 @@ impl Workspace {
 
 /// Sums over the angles of one sweep.
 struct Sums {
-    slope: [f64; LANES],
-    by_c: [f64; LANES],
+    slope: Vector,
+    by_c: Vector,
     /// R of the bound on the error, if requested.
-    range: [f64; LANES],
+    range: Vector,
     /// Distance from the border of the domain of the polar form.
-    room: [f64; LANES],
+    room: Vector,
 }
 
 /// Evaluates the equation on the orbit `log_r`.
 #[inline(always)]
 fn evaluate<const GROWTH: bool>(lanes: &Lanes, angles: &[Angle], workspace: &mut Workspace) -> Sums {
-    let [mut mean, mut mean_by_c, mut growth, mut growth_size] = [[0.0_f64; LANES]; 4];
-    let mut room = [f64::INFINITY; LANES];
+    let [mut mean, mut mean_by_c, mut growth, mut growth_size] = [Vector::default(); 4];
+    let mut room = Vector::all(f64::INFINITY);
     let Workspace { log_r, slope, by_c, .. } = workspace;
     for (((angle, log_r), slope), by_c) in angles.iter().zip(log_r).zip(slope).zip(by_c) {
-        let mut r = [0.0; LANES];
+        let mut r = Vector::default();
         for lane in 0..LANES {
             r[lane] = exp::<3>(log_r[lane]);
             let left = LARGEST_LOG - log_r[lane].abs();
@@ -178,16 +178,16 @@ fn evaluate<const GROWTH: bool>(lanes: &Lanes, angles: &[Angle], workspace: &mut
         }
     }
     let step = TAU / angles.len() as f64;
-    let range = std::array::from_fn(|lane| 0.5 * (growth_size[lane] + growth[lane].abs()) * step);
+    let range = Vector::from_fn(|lane| 0.5 * (growth_size[lane] + growth[lane].abs()) * step);
     Sums { slope: mean, by_c: mean_by_c, range, room }
 }
 
 /// `matrix`, row by row, times `from`.
 #[inline(always)]
-fn apply(matrix: &[f64], from: &[[f64; LANES]], to: &mut [[f64; LANES]]) {
+fn apply(matrix: &[f64], from: &[Vector], to: &mut [Vector]) {
     let columns = matrix.len() / to.len();
     for (row, to) in to.iter_mut().enumerate() {
-        let mut sum = [0.0_f64; LANES];
+        let mut sum = Vector::default();
         for (weight, from) in matrix[row * columns..][..columns].iter().zip(from) {
             for lane in 0..LANES {
                 sum[lane] = from[lane].mul_add(*weight, sum[lane]);
@@ -203,31 +203,31 @@ fn sweep(
     lanes: &mut Lanes,
     circle: &Circle,
     workspace: &mut Workspace,
-    enough: &[f64; LANES],
-    round_off: &[f64; LANES],
+    enough: &Vector,
+    round_off: &Vector,
 ) -> Sweeps {
     let size = circle.angles.len();
     apply(&circle.interpolation, &workspace.coarse, &mut workspace.log_r[..size]);
-    workspace.fitted[..size].fill([0.0; LANES]);
+    workspace.fitted[..size].fill(Vector::default());
     let mut settled = [false; LANES];
-    let mut left = [f64::INFINITY; LANES];
-    let mut half_span = [f64::INFINITY; LANES];
-    let mut room = [f64::INFINITY; LANES];
+    let mut left = Vector::all(f64::INFINITY);
+    let mut half_span = Vector::all(f64::INFINITY);
+    let mut room = Vector::all(f64::INFINITY);
     let mut sweeps = 0_u32;
     while sweeps < MOST_SWEEPS {
         sweeps += 1;
         // R changes little from sweep to sweep, and less the more of them there are.
         let sums = if sweeps > 1 && sweeps.is_power_of_two() {
             let sums = evaluate::<true>(lanes, &circle.angles, workspace);
-            half_span = sums.range.map(|range| 0.5 * exp_m1_above(range));
+            half_span = Vector::from_fn(|lane| 0.5 * exp_m1_above(sums.range[lane]));
             sums
         } else {
             evaluate::<false>(lanes, &circle.angles, workspace)
         };
         room = sums.room;
-        let change: [f64; LANES] = std::array::from_fn(|lane| -sums.slope[lane] / sums.by_c[lane]);
+        let change = Vector::from_fn(|lane| -sums.slope[lane] / sums.by_c[lane]);
         let Workspace { log_r, slope, by_c, fitted, .. } = workspace;
-        let mut residual = [0.0_f64; LANES];
+        let mut residual = Vector::default();
         for ((fitted, slope), by_c) in fitted[..size].iter_mut().zip(slope).zip(by_c) {
             for lane in 0..LANES {
                 let better = by_c[lane].mul_add(change[lane], slope[lane]);
@@ -279,11 +279,11 @@ pub(super) fn spectral(starts: &[Start], tolerance: f64) -> Vec<Result<Closing, 
             let of = |lane: usize| columns[lane.min(columns.len() - 1)];
             let coarser = circle.interpolation.len() / circle.angles.len();
             for (angle, coarse) in workspace.coarse.iter_mut().enumerate().take(coarser) {
-                *coarse = std::array::from_fn(|lane| orbits[of(lane)].get(angle).map_or(0.0, |log_r| *log_r));
+                *coarse = Vector::from_fn(|lane| orbits[of(lane)].get(angle).map_or(0.0, |log_r| *log_r));
             }
-            let units: [f64; LANES] = std::array::from_fn(|lane| starts[of(lane)].unit);
-            let enough = units.map(|unit| 0.1 * tolerance * unit);
-            let round_off = units.map(|unit| ROUND_OFF * unit);
+            let units = Vector::from_fn(|lane| starts[of(lane)].unit);
+            let enough = Aligned(units.map(|unit| 0.1 * tolerance * unit));
+            let round_off = Aligned(units.map(|unit| ROUND_OFF * unit));
             let mut lanes = Lanes::new(|lane| {
                 let Start { groups, .. } = starts[of(lane)];
                 answers[of(lane)].map_or(groups, |Closing { viscous: c, .. }| ScaledGroups { c, ..groups })

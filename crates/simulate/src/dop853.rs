@@ -7,6 +7,7 @@
 //! all machines, whatever their vector width.
 
 use super::polar::LANES;
+use slipmap_numbers::Aligned;
 
 /// Number of stages, and of right-hand sides per step.
 pub(super) const STAGES: usize = 12;
@@ -101,7 +102,7 @@ const WEIGHTS: [(usize, f64, f64, f64); 8] = [
 /// fused product becomes a library call.
 pub(super) trait Field<const N: usize> {
     /// f at the abscissa `NODES[stage]` of the step.
-    fn slope(&mut self, stage: usize, state: &[f64; N]) -> [f64; N];
+    fn slope(&mut self, stage: usize, state: &Aligned<N>) -> Aligned<N>;
 }
 
 /// Advances `state` by one step `h` of y' = f and returns the new state and the estimate of each
@@ -109,30 +110,30 @@ pub(super) trait Field<const N: usize> {
 #[inline(always)]
 pub(super) fn step<const N: usize>(
     h: f64,
-    state: &[f64; N],
+    state: &Aligned<N>,
     field: &mut impl Field<N>,
-) -> ([f64; N], [f64; N]) {
+) -> (Aligned<N>, Aligned<N>) {
     // Loops over lanes are plain: adapters such as `zip` may be compiled in another codegen unit than this
     // function, and then they are not inlined.
-    let mut k = [[0.0_f64; N]; STAGES];
+    let mut k = [Aligned::default(); STAGES];
     for stage in 0..STAGES {
         let mut at = *state;
         // One vector of lanes after the other: sums of all of them may lack registers.
-        for from in (0..N).step_by(LANES) {
-            let lanes = LANES.min(N - from);
-            let mut sum = [0.0_f64; LANES];
+        let width = const { if N.is_multiple_of(LANES) { LANES } else { N } };
+        for from in (0..N).step_by(width) {
+            let mut sum = Aligned::<LANES>::default();
             for &(other, weight) in MATRIX[stage] {
-                for lane in 0..lanes {
+                for lane in 0..width {
                     sum[lane] = k[other][from + lane].mul_add(weight, sum[lane]);
                 }
             }
-            for lane in 0..lanes {
+            for lane in 0..width {
                 at[from + lane] = sum[lane].mul_add(h, at[from + lane]);
             }
         }
         k[stage] = field.slope(stage, &at);
     }
-    let (mut sum, mut error_5, mut error_3) = ([0.0_f64; N], [0.0_f64; N], [0.0_f64; N]);
+    let [mut sum, mut error_5, mut error_3] = [Aligned::<N>::default(); 3];
     for (stage, weight, weight_5, weight_3) in WEIGHTS {
         for lane in 0..N {
             sum[lane] = k[stage][lane].mul_add(weight, sum[lane]);
@@ -141,7 +142,7 @@ pub(super) fn step<const N: usize>(
         }
     }
     let mut next = *state;
-    let mut error = [0.0; N];
+    let mut error = Aligned::default();
     for lane in 0..N {
         next[lane] = sum[lane].mul_add(h, next[lane]);
         let (e5, e3) = (error_5[lane].abs(), error_3[lane].abs());

@@ -9,6 +9,7 @@
 //! small *relative* error, which is what decides points next to grazing.
 
 use slipmap_model::point::ScaledGroups;
+use slipmap_numbers::Aligned;
 
 /// The damping at which an orbit closes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +94,8 @@ pub(super) fn exp_falling(x: f64) -> f64 {
 
 /// Number of orbits integrated together: two AVX2 registers or one AVX-512 register.
 pub(super) const LANES: usize = 8;
+/// A number of each of them.
+pub(super) type Vector = Aligned<LANES>;
 
 /// Least rate of the angle, dth/dt, relative to the undamped oscillator. Near zero the polar angle is not
 /// monotone in time (an overdamped node), and the point is handed over.
@@ -115,17 +118,17 @@ impl Angle {
 
 /// The divergences of [`LANES`] orbits of Stribeck's law, D = a / (1 + k s)^2 - b2 s - c with s = 1 - R cos th.
 pub(super) struct Lanes {
-    a: [f64; LANES],
-    k: [f64; LANES],
-    b2: [f64; LANES],
+    a: Vector,
+    k: Vector,
+    b2: Vector,
     /// C = eps c.
-    pub(super) c: [f64; LANES],
+    pub(super) c: Vector,
 }
 
 impl Lanes {
     /// Lanes of the groups that `of` returns.
     pub(super) fn new(of: impl Fn(usize) -> ScaledGroups) -> Self {
-        let pick = |value: fn(ScaledGroups) -> f64| std::array::from_fn(|lane| value(of(lane)));
+        let pick = |value: fn(ScaledGroups) -> f64| Vector::from_fn(|lane| value(of(lane)));
         Self { a: pick(|of| of.a), k: pick(|of| of.k), b2: pick(|of| 2.0 * of.b), c: pick(|of| of.c) }
     }
 
@@ -134,8 +137,8 @@ impl Lanes {
     /// `room` accumulates the smallest distance of each lane from the border of the domain of the polar form;
     /// a lane whose room is not positive at the end (or whose state is not finite) is invalid.
     #[inline(always)]
-    pub(super) fn slope(&self, angle: Angle, delta: &[f64; LANES], room: &mut [f64; LANES]) -> [f64; LANES] {
-        let mut slope = [0.0; LANES];
+    pub(super) fn slope(&self, angle: Angle, delta: &Vector, room: &mut Vector) -> Vector {
+        let mut slope = Vector::default();
         for lane in 0..LANES {
             let r = 1.0 + delta[lane];
             let terms = self.terms(lane, angle, r, &mut room[lane]);
@@ -149,10 +152,10 @@ impl Lanes {
     pub(super) fn log_slope<const GROWTH: bool>(
         &self,
         angle: Angle,
-        r: &[f64; LANES],
-        room: &mut [f64; LANES],
+        r: &Vector,
+        room: &mut Vector,
     ) -> LogSlope {
-        let [mut slope, mut by_c, mut by_log_r] = [[0.0; LANES]; 3];
+        let [mut slope, mut by_c, mut by_log_r] = [Vector::default(); 3];
         for lane in 0..LANES {
             let terms = self.terms(lane, angle, r[lane], &mut room[lane]);
             let inverse = 1.0 / terms.turn;
@@ -190,11 +193,11 @@ impl Lanes {
 /// See [`Lanes::log_slope`].
 pub(super) struct LogSlope {
     /// d ln r / d theta.
-    pub(crate) slope: [f64; LANES],
+    pub(crate) slope: Vector,
     /// Its derivative by C = eps c.
-    pub(crate) by_c: [f64; LANES],
+    pub(crate) by_c: Vector,
     /// Its derivative by ln r; zero if it was not requested.
-    pub(crate) by_log_r: [f64; LANES],
+    pub(crate) by_log_r: Vector,
 }
 
 /// See [`Lanes::terms`].

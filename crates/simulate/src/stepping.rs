@@ -5,7 +5,7 @@
 use std::sync::{LazyLock, OnceLock};
 
 use super::dop853::{Field, NODES, STAGES, step};
-use super::polar::{Angle, LANES, Lanes, Turn};
+use super::polar::{Angle, LANES, Lanes, Turn, Vector};
 use slipmap_model::point::ScaledGroups;
 use slipmap_numbers::vectorized;
 
@@ -45,12 +45,12 @@ fn angles(rung: usize) -> &'static [[Angle; STAGES]] {
 struct Polar<'a> {
     lanes: &'a Lanes,
     angles: &'a [Angle; STAGES],
-    room: &'a mut [f64; LANES],
+    room: &'a mut Vector,
 }
 
 impl Field<LANES> for Polar<'_> {
     #[inline(always)]
-    fn slope(&mut self, stage: usize, delta: &[f64; LANES]) -> [f64; LANES] {
+    fn slope(&mut self, stage: usize, delta: &Vector) -> Vector {
         self.lanes.slope(self.angles[stage], delta, self.room)
     }
 }
@@ -58,26 +58,26 @@ impl Field<LANES> for Polar<'_> {
 /// The result of one turn in each lane.
 struct Lap {
     /// The margin m / V.
-    delta: [f64; LANES],
+    delta: Vector,
     /// Sum of the local error estimates.
-    error: [f64; LANES],
+    error: Vector,
     /// Distance from the border of the domain of the polar form, see [`Lanes::slope`].
-    room: [f64; LANES],
+    room: Vector,
 }
 
 /// One turn of [`LANES`] orbits.
 #[inline(always)]
 fn turn(lanes: &Lanes, angles: &[[Angle; STAGES]]) -> Lap {
     let h = std::f64::consts::TAU / angles.len() as f64;
-    let mut delta = [0.0; LANES];
-    let mut total = [0.0; LANES];
-    let mut room = [f64::INFINITY; LANES];
+    let mut delta = Vector::default();
+    let mut total = Vector::default();
+    let mut room = Vector::all(f64::INFINITY);
     for angles in angles {
         let mut field = Polar { lanes, angles, room: &mut room };
         let (next, error) = step(h, &delta, &mut field);
         delta = next;
-        for (sum, e) in total.iter_mut().zip(error) {
-            *sum += e;
+        for lane in 0..LANES {
+            total[lane] += error[lane];
         }
     }
     Lap { delta, error: total, room }

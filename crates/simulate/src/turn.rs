@@ -30,7 +30,7 @@ use super::polar::Turn;
 use slipmap_model::corners::{self, End};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Weakening;
-use slipmap_numbers::vectorized;
+use slipmap_numbers::{Aligned, vectorized};
 
 /// Least dth/dt, as in the vectorised kernel: below it the polar angle may not be monotone in time.
 const SLOWEST_TURN: f64 = 0.05;
@@ -71,7 +71,7 @@ impl Polar<'_> {
 
 impl Field<3> for Polar<'_> {
     #[inline(always)]
-    fn slope(&mut self, stage: usize, state: &[f64; 3]) -> [f64; 3] {
+    fn slope(&mut self, stage: usize, state: &Aligned<3>) -> Aligned<3> {
         let [sin, cos] = sin_cos_of_turn(NODES[stage].mul_add(self.h, self.from));
         let r = 1.0 + state[0];
         let [_, d, turning] = self.at([sin, cos], r);
@@ -79,7 +79,7 @@ impl Field<3> for Polar<'_> {
         self.slowest = if turning >= self.slowest { self.slowest } else { turning };
         self.steepest = self.steepest.max(d.abs());
         let weight = sin * sin * r * r * (-state[1]).exp() / turning;
-        [r * d * sin * sin / turning, d / turning, weight]
+        Aligned([r * d * sin * sin / turning, d / turning, weight])
     }
 }
 
@@ -112,7 +112,7 @@ pub(super) fn turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
 fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Turn {
     let Start { radius, angle, excess } = start;
     let mut rhs = 0;
-    let mut state = [0.0; 3];
+    let mut state = Aligned::default();
     let mut theta = angle;
     let mut error = 0.0;
     // Length of the step that follows one shortened to end at a stop.

@@ -6,6 +6,7 @@ use super::super::dop853::{Field, step};
 use super::runge_kutta::Control;
 use super::{Followed, NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
 use slipmap_model::filippov::{BeltRegion, Oscillator, Side};
+use slipmap_numbers::Aligned;
 
 /// Number of bisections that locate an event inside a step, to the last bits of its time.
 const BISECTIONS: u32 = 52;
@@ -18,9 +19,9 @@ struct OneSided<'a> {
 }
 
 impl Field<2> for OneSided<'_> {
-    fn slope(&mut self, _stage: usize, &[x1, x2]: &[f64; 2]) -> [f64; 2] {
+    fn slope(&mut self, _stage: usize, &Aligned([x1, x2]): &Aligned<2>) -> Aligned<2> {
         *self.rhs += 1;
-        [x2, self.oscillator.acceleration(self.side, x1, x2)]
+        Aligned([x2, self.oscillator.acceleration(self.side, x1, x2)])
     }
 }
 
@@ -31,7 +32,7 @@ pub(super) fn decide(oscillator: &Oscillator, knobs: &NaiveKnobs, rhs: &mut u64)
     let end = enough_time(oscillator, knobs.turns.max(1));
     let budget = rhs_budget(oscillator);
     let mut control = Control::new(knobs.tolerance, 8.0);
-    let (mut state, mut time) = ([oscillator.exit_x1(), belt_speed], 0.0);
+    let (mut state, mut time) = (Aligned([oscillator.exit_x1(), belt_speed]), 0.0);
     let (mut side, mut last_event, mut turns) = (Side::Below, 0.0, 0);
     loop {
         let h = control.step.min(knobs.longest_step);
@@ -75,7 +76,7 @@ pub(super) fn decide(oscillator: &Oscillator, knobs: &NaiveKnobs, rhs: &mut u64)
             BeltRegion::CrossingDown | BeltRegion::CrossingUp | BeltRegion::UpperTangency => {}
         }
         side = if after > 0.0 { Side::Above } else { Side::Below };
-        (state, last_event) = ([at[0], belt_speed], time);
+        (state, last_event) = (Aligned([at[0], belt_speed]), time);
         control.step = 1e-3;
     }
 }

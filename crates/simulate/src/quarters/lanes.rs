@@ -5,9 +5,10 @@ use std::f64::consts::FRAC_PI_2;
 use super::quarter::{Quarter, Rate, SHARE};
 use crate::dop853::{Field, NODES, STAGES, step};
 use crate::elements::sin_cos;
-use crate::polar::{LANES, exp_falling};
+use crate::polar::{LANES, Vector, exp_falling};
 use slipmap_model::corners::{self, End};
 use slipmap_model::friction::ExponentialFall;
+use slipmap_numbers::Aligned;
 
 /// Longest step in the angle.
 const LONGEST_STEP: f64 = 0.5;
@@ -50,10 +51,8 @@ impl Arrival {
     }
 }
 
-/// Numbers of [`LANES`] quarters.
-type Lanes = [f64; LANES];
 /// h, dh/dC and the integral of s D of all lanes.
-type State = [f64; 3 * LANES];
+type State = Aligned<{ 3 * LANES }>;
 
 /// Quarters that are followed together, each by steps of its own.
 #[derive(Default)]
@@ -61,45 +60,45 @@ struct Together<'a> {
     quarters: [Option<Quarter<'a>>; LANES],
     /// Numbers of the quarters in the list.
     numbers: [usize; LANES],
-    sign: Lanes,
-    viscous: Lanes,
-    radius: Lanes,
+    sign: Vector,
+    viscous: Vector,
+    radius: Vector,
     /// The slip speed at the start, and how far it goes from there.
-    slip: Lanes,
-    way: Lanes,
+    slip: Vector,
+    way: Vector,
     /// The parameters of an exponential fall; 0 in other lanes.
-    steepest: Lanes,
-    rate: Lanes,
-    rise: Lanes,
+    steepest: Vector,
+    rate: Vector,
+    rise: Vector,
     /// 1 where its exponent is 2, and 0 where it is 1.
-    squared: Lanes,
+    squared: Vector,
     has_others: bool,
     /// The angle.
-    x: Lanes,
+    x: Vector,
     /// Length of the step that is made, and of the next one.
-    h: Lanes,
-    width: Lanes,
+    h: Vector,
+    width: Vector,
     state: State,
-    error: Lanes,
-    room: Lanes,
-    first: Lanes,
-    beyond_stop: Lanes,
+    error: Vector,
+    room: Vector,
+    first: Vector,
+    beyond_stop: Vector,
     steps: [u32; LANES],
     rhs: [u64; LANES],
 }
 
 /// Places of the lanes in their variables: slip speed, W^2, s D and the time by the variable.
 struct Places {
-    slip: Lanes,
-    square: Lanes,
-    rate: Lanes,
-    time: Lanes,
-    room: Lanes,
+    slip: Vector,
+    square: Vector,
+    rate: Vector,
+    time: Vector,
+    room: Vector,
 }
 
 impl<'a> Together<'a> {
     fn new() -> Self {
-        Self { slip: [1.0; LANES], radius: [1.0; LANES], ..Self::default() }
+        Self { slip: Aligned::all(1.0), radius: Aligned::all(1.0), ..Self::default() }
     }
 
     /// Puts a quarter into a lane.
@@ -129,8 +128,8 @@ impl<'a> Together<'a> {
     }
 
     #[inline(always)]
-    fn places(&self, x: &Lanes, state: &State) -> Places {
-        let [mut slip, mut square, mut w, mut sin] = [[0.0; LANES]; 4];
+    fn places(&self, x: &Vector, state: &State) -> Places {
+        let [mut slip, mut square, mut w, mut sin] = [Vector::default(); 4];
         for lane in 0..LANES {
             // The sines of the angle and of its half have no rounding errors but relative ones.
             let [sin_4, cos_4] = sin_cos(0.25 * x[lane]);
@@ -155,7 +154,7 @@ impl<'a> Together<'a> {
                 }
             }
         }
-        let [mut rate, mut time, mut room] = [[0.0; LANES]; 3];
+        let [mut rate, mut time, mut room] = [Vector::default(); 3];
         for lane in 0..LANES {
             rate[lane] = self.sign[lane] * (w[lane] - self.viscous[lane]);
             let (is_start, speed) = (x[lane] == 0.0, square[lane].sqrt());
@@ -182,10 +181,10 @@ impl<'a> Together<'a> {
             let rest = FRAC_PI_2 - self.x[lane];
             self.h[lane] = if self.width[lane] >= rest { rest } else { self.width[lane] };
         }
-        self.room = [f64::INFINITY; LANES];
+        self.room = Aligned::all(f64::INFINITY);
         let state = self.state;
         let (next, local) = step(1.0, &state, self);
-        let to: [f64; LANES] = std::array::from_fn(|lane| {
+        let to = Vector::from_fn(|lane| {
             let is_last = self.width[lane] >= FRAC_PI_2 - self.x[lane];
             if is_last { FRAC_PI_2 } else { self.x[lane] + self.h[lane] }
         });
@@ -290,9 +289,9 @@ impl<'a> Together<'a> {
 impl Field<{ 3 * LANES }> for Together<'_> {
     #[inline(always)]
     fn slope(&mut self, stage: usize, state: &State) -> State {
-        let x = std::array::from_fn(|lane| NODES[stage].mul_add(self.h[lane], self.x[lane]));
+        let x = Vector::from_fn(|lane| NODES[stage].mul_add(self.h[lane], self.x[lane]));
         let Places { square, rate, time, room, .. } = self.places(&x, state);
-        let mut slope = [0.0; 3 * LANES];
+        let mut slope = State::default();
         for lane in 0..LANES {
             // Keeps NaN, which `f64::min` would drop.
             self.room[lane] = if room[lane] >= self.room[lane] { self.room[lane] } else { room[lane] };
