@@ -32,6 +32,12 @@ pub(crate) fn sin_cos_of_turn(z: f64) -> [f64; 2] {
     }
 }
 
+/// Sine and cosine of the sum of two angles.
+#[inline(always)]
+pub(super) fn turned([sin, cos]: [f64; 2], [sin_by, cos_by]: [f64; 2]) -> [f64; 2] {
+    [sin * cos_by + cos * sin_by, cos * cos_by - sin * sin_by]
+}
+
 /// w and w' by the polynomial of a piece, at places x within it.
 #[inline(always)]
 pub(super) fn weakening<const N: usize>(piece: &Polynomial, x: &[f64; N]) -> [[f64; N]; 2] {

@@ -1,6 +1,6 @@
 //! A part of the turn on which p' is one polynomial.
 
-use super::arithmetic::{apply, dot, first, sin_cos, sin_cos_of_turn};
+use super::arithmetic::{apply, dot, first, sin_cos, turned};
 use slipmap_numbers::gauss::{MOST, Rule};
 
 /// A part of the turn on which p' is one polynomial.
@@ -32,8 +32,15 @@ impl Element {
         Self { piece, ..Self::default() }
     }
 
+    /// Moves it to this `middle`, which has the sine and cosine `at_middle`, with this half of its width.
     #[inline(always)]
-    pub(super) fn place<const N: usize>(&mut self, rule: &Rule<N>, middle: f64, half: f64) {
+    pub(super) fn place<const N: usize>(
+        &mut self,
+        rule: &Rule<N>,
+        middle: f64,
+        half: f64,
+        at_middle: [f64; 2],
+    ) {
         // An element without width gives no derivative of p'.
         if self.half > 0.0 && (middle, half) != (self.middle, self.half) {
             let bend = apply(&rule.derivative, &first(&self.slope));
@@ -44,10 +51,8 @@ impl Element {
             }
         }
         (self.middle, self.half) = (middle, half);
-        let [sin_middle, cos_middle] = sin_cos_of_turn(middle);
         for j in 0..N {
-            let [sin, cos] = sin_cos(half * rule.nodes[j]);
-            let (sin, cos) = (sin_middle * cos + cos_middle * sin, cos_middle * cos - sin_middle * sin);
+            let [sin, cos] = turned(at_middle, sin_cos(half * rule.nodes[j]));
             (self.cos[j], self.sin_cos[j], self.sin_squared[j]) = (cos, sin * cos, sin * sin);
         }
     }

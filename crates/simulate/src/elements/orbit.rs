@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::arithmetic::{apply, dot, first, sin_cos_of_turn, weakening};
+use super::arithmetic::{apply, dot, first, sin_cos, sin_cos_of_turn, turned, weakening};
 use super::element::Element;
 use crate::polar::exp;
 use slipmap_model::friction::Weakening;
@@ -46,8 +46,8 @@ pub(super) struct Orbit<'a> {
     spans: Vec<Span>,
     /// Angles at which spans begin and end.
     bounds: Vec<f64>,
-    /// Cosines of `bounds`.
-    cos: Vec<f64>,
+    /// Sines and cosines of `bounds`.
+    sin_cos: Vec<[f64; 2]>,
     pub(super) elements: Vec<Element>,
 }
 
@@ -81,7 +81,11 @@ impl Orbit<'_> {
         let (from, to) = (weakening.piece_of(belt_speed - radius), weakening.piece_of(belt_speed + radius));
         let passes = || (from..to).map(|piece| ((belt_speed - breaks[piece + 1]) / radius).clamp(-1.0, 1.0));
         let passes = || std::iter::once(1.0).chain(passes());
-        let cos: Vec<f64> = passes().chain([-1.0]).chain(passes().rev()).collect();
+        let falling = passes().map(|cos: f64| [((1.0 - cos) * (1.0 + cos)).sqrt(), cos]);
+        let mut sin_cos: Vec<[f64; 2]> = falling.collect();
+        let rising: Vec<[f64; 2]> = sin_cos.iter().rev().map(|[sin, cos]| [-sin, *cos]).collect();
+        sin_cos.push([0.0, -1.0]);
+        sin_cos.extend(rising);
         let mut bounds: Vec<f64> = passes().map(f64::acos).collect();
         let mirrored: Vec<f64> = bounds.iter().rev().map(|angle| TAU - angle).collect();
         bounds.push(PI);
@@ -93,7 +97,7 @@ impl Orbit<'_> {
         for span in &spans {
             elements.resize(elements.len() + span.parts, Element::new(span.piece));
         }
-        Orbit { problem, viscous: 0.0, curvature: 0.0, spans, bounds, cos, elements }
+        Orbit { problem, viscous: 0.0, curvature: 0.0, spans, bounds, sin_cos, elements }
     }
 
     /// Puts the elements into their spans, and moves the functions with them, to first order.
@@ -101,11 +105,14 @@ impl Orbit<'_> {
     pub(super) fn place<const N: usize>(&mut self, rule: &Rule<N>) {
         let mut elements = self.elements.iter_mut();
         let mut start = 0.0;
-        for (span, ends) in self.spans.iter().zip(self.bounds.windows(2)) {
+        for ((span, ends), at_start) in self.spans.iter().zip(self.bounds.windows(2)).zip(&self.sin_cos) {
             let half = 0.5 * (ends[1] - ends[0]) / span.parts as f64;
+            let (mut at, by_half) = (*at_start, sin_cos(half));
             for (part, element) in (0..span.parts).zip(&mut elements) {
                 let middle = half.mul_add(2.0 * part as f64 + 1.0, ends[0]);
-                element.place(rule, middle, half);
+                at = turned(at, by_half);
+                element.place(rule, middle, half, at);
+                at = turned(at, by_half);
                 start = element.integrate(rule, start);
             }
         }
@@ -298,12 +305,17 @@ impl Orbit<'_> {
             let [below, slip, above] = [breaks[number - 1], breaks[number], breaks[number + 1]];
             // From here on the cosine of the passage, instead of p.
             *at_bound = ((belt_speed - slip) / r).clamp(-1.0, 1.0);
-            let off = r * (self.cos[i] - *at_bound).abs();
-            let is_off_here = off > allowed * (slip - below).min(above - slip)
-                || kinked
-                    && by_corner(weakening.jump(number), off, belt_speed - slip, r, self.cos[i])
-                        > allowed_at_corners;
-            is_off |= is_off_here;
+            let cos = self.sin_cos[i][1];
+            let off = r * (cos - *at_bound).abs();
+            is_off = is_off
+                || off > allowed * (slip - below).min(above - slip)
+                || kinked && {
+                    let by_corner =
+                        |sin: f64| by_corner(weakening.jump(number), off, belt_speed - slip, r, cos, sin);
+                    // The bound of the sine, at most 3, takes longer.
+                    by_corner(3.0) > allowed_at_corners
+                        && by_corner(sin_beside(off, r, cos)) > allowed_at_corners
+                };
         }
         if !is_off {
             return Some(false);
@@ -315,7 +327,7 @@ impl Orbit<'_> {
             }
             // Newton's step, in which r varies.
             let (before_pi, number) = (i < half, first + if i < half { i } else { 2 * half - i });
-            let [sin, cos] = sin_cos_of_turn(self.bounds[i]);
+            let [sin, cos] = self.sin_cos[i];
             let d = weakening.at(breaks[number]) - self.viscous;
             let turn = (d * sin).mul_add(cos, 1.0).clamp(SLOWEST_TURN, 2.0);
             let target = if before_pi { angle(at_bounds[i]) } else { TAU - angle(at_bounds[i]) };
@@ -358,9 +370,9 @@ impl Orbit<'_> {
 
     #[inline(always)]
     pub(super) fn set_bounds(&mut self, bounds: Vec<f64>) {
-        self.cos.clear();
+        self.sin_cos.clear();
         for angle in &bounds {
-            self.cos.push(sin_cos_of_turn(*angle)[1]);
+            self.sin_cos.push(sin_cos_of_turn(*angle));
         }
         self.bounds = bounds;
     }
@@ -393,15 +405,16 @@ impl Orbit<'_> {
             return sums;
         }
         let mut last = 0;
-        for (spans, cos) in self.spans.windows(2).zip(&self.cos[1..]) {
+        for (spans, [_, cos]) in self.spans.windows(2).zip(&self.sin_cos[1..]) {
             last += spans[0].parts;
             let corner = spans[0].piece.max(spans[1].piece);
             if spans[0].piece != spans[1].piece {
                 let r = radius * self.elements[last - 1].end.exp();
                 let velocity = belt_speed - law.breaks()[corner];
                 let (jump, off) = (law.jump(corner), r * (cos - (velocity / r).clamp(-1.0, 1.0)).abs());
-                sums[0] += by_corner(jump, off, velocity, r, *cos);
-                sums[1] += jump * off * sin_beside(off, r, *cos) / PI;
+                let sin = sin_beside(off, r, *cos);
+                sums[0] += by_corner(jump, off, velocity, r, *cos, sin);
+                sums[1] += jump * off * sin / PI;
             }
         }
         sums
@@ -422,10 +435,10 @@ impl Orbit<'_> {
 /// Error of C by a corner at which x2 = `velocity`, where the orbit passes it `off`, in slip speeds, the end
 /// of its span, or does not reach it there: w is wrong by at most the jump of its slope times the distance of
 /// the corner from the span's end, over the angles between that and the passage, or the turning point, with
-/// the weight sin^2 theta.
+/// the weight sin^2 theta, where |sin theta| is at most `sin`.
 #[inline(always)]
-fn by_corner(jump: f64, off: f64, velocity: f64, r: f64, cos: f64) -> f64 {
-    jump * (velocity - r * cos).abs() * off * sin_beside(off, r, cos) / (PI * r)
+fn by_corner(jump: f64, off: f64, velocity: f64, r: f64, cos: f64, sin: f64) -> f64 {
+    jump * (velocity - r * cos).abs() * off * sin / (PI * r)
 }
 
 /// Bound of |sin theta| up to this distance from the end of a span, in slip speeds.
