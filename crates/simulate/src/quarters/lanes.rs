@@ -63,6 +63,7 @@ struct Together<'a> {
     sign: Vector,
     viscous: Vector,
     radius: Vector,
+    allowed: Vector,
     /// The slip speed at the start, and how far it goes from there.
     slip: Vector,
     way: Vector,
@@ -96,6 +97,14 @@ struct Places {
     room: Vector,
 }
 
+/// The local error of a step, the largest that is accepted, by what the next step is longer, and the rounding error.
+struct Errors {
+    found: Vector,
+    enough: Vector,
+    ratio: Vector,
+    rounding: Vector,
+}
+
 impl<'a> Together<'a> {
     fn new() -> Self {
         Self { slip: Aligned::all(1.0), radius: Aligned::all(1.0), ..Self::default() }
@@ -103,7 +112,7 @@ impl<'a> Together<'a> {
 
     /// Puts a quarter into a lane.
     fn load(&mut self, lane: usize, number: usize, quarter: Quarter<'a>) {
-        let Quarter { rate, radius, slip, toward, viscous, sign, .. } = quarter;
+        let Quarter { rate, radius, slip, toward, viscous, sign, allowed, .. } = quarter;
         let (start, rhs) = quarter.start();
         let fall = match rate {
             Rate::Exponential(fall) => fall,
@@ -111,7 +120,7 @@ impl<'a> Together<'a> {
         };
         self.quarters[lane] = Some(quarter);
         self.numbers[lane] = number;
-        (self.sign[lane], self.viscous[lane]) = (sign, viscous);
+        (self.sign[lane], self.viscous[lane], self.allowed[lane]) = (sign, viscous, allowed);
         (self.radius[lane], self.slip[lane], self.way[lane]) = (radius, slip, toward * radius);
         (self.steepest[lane], self.rate[lane], self.rise[lane]) = (fall.steepest, fall.rate, fall.rise);
         self.squared[lane] = f64::from(u8::from(fall.is_squared));
@@ -173,6 +182,29 @@ impl<'a> Together<'a> {
         is_there.then(|| Arrival::at_rest(self.radius[lane]))
     }
 
+    /// The errors of the step to these angles.
+    #[inline(always)]
+    fn errors(&self, next: &State, local: &State, there: &Places, to: &Vector) -> Errors {
+        let [mut found, mut enough, mut ratio, mut rounding] = [Vector::default(); 4];
+        for lane in 0..LANES {
+            let (square, allowed) = (there.square[lane], SHARE * self.allowed[lane]);
+            // The estimate of one part of the state may vanish where the error does not.
+            let [of_h, of_slope, of_growth] = [0, 1, 2].map(|part| local[part * LANES + lane]);
+            found[lane] = of_h + self.viscous[lane].abs() * of_slope + square * of_growth;
+            // Where the orbit is driven an error of h grows like W on the way; where it is braked it vanishes.
+            let braked = (ACCURATE * square / allowed).min(1.0);
+            let driven = (square.sqrt() / self.radius[lane]).min(1.0);
+            let share = if there.rate[lane] < 0.0 { braked } else { driven };
+            // Also that of the angle at which the step ends, which does not shrink with the step.
+            let moved = (next[lane] - self.state[lane]).abs();
+            rounding[lane] =
+                0.5 * f64::EPSILON * (next[lane].abs() + moved * (1.0 + to[lane] / self.h[lane]));
+            enough[lane] = (allowed * share).max(rounding[lane]);
+            ratio[lane] = 0.9 * (enough[lane] / found[lane]).sqrt().sqrt().sqrt();
+        }
+        Errors { found, enough, ratio, rounding }
+    }
+
     /// Tries a step in every lane, and takes it where it is accurate. Calls `done` with the number of each quarter that
     /// ends, its arrival and the number of evaluations.
     #[inline(always)]
@@ -194,6 +226,7 @@ impl<'a> Together<'a> {
         } else {
             None
         };
+        let Errors { found, enough, ratio, rounding } = self.errors(&next, &local, &there, &to);
         for lane in 0..LANES {
             let Some(quarter) = self.quarters[lane] else { continue };
             self.rhs[lane] += STAGES as u64;
@@ -222,19 +255,7 @@ impl<'a> Together<'a> {
                 }
             }
             let square = there.square[lane];
-            // The estimate of one part of the state may vanish where the error does not.
-            let [of_h, of_slope, of_growth] = [0, 1, 2].map(|part| local[part * LANES + lane]);
-            let found = of_h + quarter.viscous.abs() * of_slope + square * of_growth;
-            // Where the orbit is driven an error of h grows like W on the way; where it is braked it vanishes.
-            let share = match there.rate[lane] < 0.0 {
-                true => (ACCURATE * square / (SHARE * quarter.allowed)).min(1.0),
-                false => (square.sqrt() / quarter.radius).min(1.0),
-            };
-            // Also that of the angle at which the step ends, which does not shrink with the step.
-            let moved = (after[0] - before[0]).abs();
-            let rounding = 0.5 * f64::EPSILON * (after[0].abs() + moved * (1.0 + to / h));
-            let enough = (SHARE * quarter.allowed * share).max(rounding);
-            let ratio = 0.9 * (enough / found).sqrt().sqrt().sqrt();
+            let [found, enough, ratio, rounding] = [found, enough, ratio, rounding].map(|of| of[lane]);
             if !inside || !(found <= enough) {
                 self.width[lane] = h * if inside { ratio.clamp(0.1, 0.9) } else { 0.25 };
                 self.beyond_stop[lane] = 0.0;
