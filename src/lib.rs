@@ -24,15 +24,15 @@
 //!
 //! // The paper's first-order test claims one; the test that is a theorem at every eps denies it.
 //! let column = Law::Stribeck.column(&point);
-//! let decide = |test: &slipmap_certify::Test| (test.claim)(&column).decide(point.damping);
+//! let decide = |test: &slipmap_certify::Test| test.claim(&column).decide(point.damping);
 //! assert_eq!(decide(&slipmap_certify::perturbation::TEST), Decision::Present);
 //! assert_eq!(decide(&slipmap_certify::symmetric::TEST), Decision::Absent);
 //! assert_eq!(slipmap_certify::symmetric::TEST.guarantee, Guarantee::FiniteEpsilon);
 //!
 //! // All dampings at once: the cycle exists below the critical damping and not above it.
 //! let critical = critical_damping(&column, 1e-12)?;
-//! assert!((slipmap_certify::instability::TEST.claim)(&column).present_below < critical.c);
-//! assert!(critical.c < (slipmap_certify::symmetric::TEST.claim)(&column).absent_above);
+//! assert!(slipmap_certify::instability::TEST.claim(&column).present_below < critical.c);
+//! assert!(critical.c < slipmap_certify::symmetric::TEST.claim(&column).absent_above);
 //! let slower = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.9 * critical.c)?;
 //! match flow(&Oscillator::new(&Law::Stribeck, &slower), 1e-9).fate {
 //!     Fate::Sticks(landing) => {
@@ -140,7 +140,7 @@ pub mod friction {
     //! assert!((1.0..2.0).contains(&critical.c) && critical.error < 1e-8);
     //! // Of functions nothing is proved: the theorems are silent.
     //! let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
-    //! assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);
+    //! assert_eq!(symmetric.claim(&column).present_below, f64::NEG_INFINITY);
     //! # Ok::<(), Box<dyn std::error::Error>>(())
     //! ```
 

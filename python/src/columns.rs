@@ -269,7 +269,7 @@ fn groups(arguments: &Arguments<'_>) -> Vec<Group> {
 fn of_method(method: &Method, column: &Column, dampings: &[f64], tolerance: f64) -> Vec<i8> {
     match method {
         Method::Test(test) => {
-            let claim = (test.claim)(column);
+            let claim = test.claim(column);
             dampings.iter().map(|&c| Verdict::from(claim.decide(c)).code()).collect()
         }
         Method::Simulation => decide(std::slice::from_ref(column), dampings, Engine::Auto, tolerance)

@@ -274,7 +274,7 @@ impl Heard {
             critical_damping(column, tolerance).ok().map(|found| of_critical("critical damping", found)),
         );
         let theorems = TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon);
-        opinions.extend(theorems.map(|test| Opinion::of_claim(test.name, (test.claim)(column).decide(*c))));
+        opinions.extend(theorems.map(|test| Opinion::of_claim(test.name, test.claim(column).decide(*c))));
         if asks_all {
             // With a drop orbits close at another damping than the critical one.
             let backbone = Some(column)
@@ -284,7 +284,7 @@ impl Heard {
                 let apart = backbone.viscous(column.belt_speed) - oscillator.viscous;
                 Opinion::of_sign("backbone", apart, backbone.error)
             }));
-            opinions.push(Opinion::of_claim("validated", (validated::TEST.claim)(column).decide(*c)));
+            opinions.push(Opinion::of_claim("validated", validated::TEST.claim(column).decide(*c)));
         }
         Self { witness, flow, opinions }
     }
@@ -364,7 +364,7 @@ impl Tally {
         if let Ok(found) = critical_damping(&case.column, TOLERANCE) {
             let error = found.error + 1e-13 * (1.0 + found.c.abs()) / case.column.epsilon;
             for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
-                let claim = (test.claim)(&case.column);
+                let claim = test.claim(&case.column);
                 let holds = claim.present_below <= found.c + error && claim.absent_above >= found.c - error;
                 judge(holds, test.name);
             }

@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 fn decide(test: &str, sample: &Sample) -> Decision {
     let test = by_name(test).unwrap_or_else(|| panic!("no test is called {test}"));
-    (test.claim)(&sample.column()).decide(sample.damping)
+    test.claim(&sample.column()).decide(sample.damping)
 }
 
 /// gamma^2 (1 - alpha) V: to first order the first-order test's edge is too high by twice this times eps.

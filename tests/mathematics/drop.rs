@@ -187,9 +187,9 @@ fn absence_by_the_even_part_takes_more_damping_with_a_drop() {
         let parameters = [random.unit(), random.log(0.2, 2.0), 0.0];
         let drop = (0.5 * random.unit()).min(0.5 * belt_speed);
         let base = Law::Exponential;
-        let without = (symmetric::TEST.claim)(&column(&base, &parameters, belt_speed));
+        let without = symmetric::TEST.claim(&column(&base, &parameters, belt_speed));
         let dropping = column(&base.with_drop(), &[parameters[0], parameters[1], 0.0, drop], belt_speed);
-        let with = (symmetric::TEST.claim)(&dropping);
+        let with = symmetric::TEST.claim(&dropping);
         assert_eq!(with.present_below, without.present_below);
         assert!(
             with.absent_above > without.absent_above,

@@ -48,7 +48,7 @@ fn naive(method: NaiveMethod, oscillator: &Oscillator, knobs: NaiveKnobs) -> Ver
 
 fn test(name: &str, point: &Point) -> Verdict {
     let test = certify::by_name(name).unwrap();
-    (test.claim)(&column(point)).decide(point.damping).into()
+    test.claim(&column(point)).decide(point.damping).into()
 }
 
 /// Every theorem that decides agrees with the truth.

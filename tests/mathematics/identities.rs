@@ -236,7 +236,7 @@ fn closed_forms_enclose_the_critical_damping() {
         let found = critical_to(TOLERANCE, &sample);
         let rounding = 16.0 * f64::EPSILON * (sample.drop_rate() + 4.0 * sample.beta * sample.belt_speed);
         let error = found.error + rounding;
-        let claim = (slipmap::certify::symmetric::TEST.claim)(&sample.column());
+        let claim = slipmap::certify::symmetric::TEST.claim(&sample.column());
         let context = format!("{sample:?}: {found:?}");
         assert!(sample.divergence_edge() <= found.c + error, "{context}");
         assert!(found.c <= claim.absent_above + error, "{context}");
@@ -260,7 +260,7 @@ fn the_energy_balance_denies_a_cycle_that_exists() {
     assert!((found.c - sample.balance_edge() - 1.157_831e-5).abs() < 1e-11);
     let between = sample.at(0.5 * (found.c + sample.balance_edge()));
     let test = slipmap::certify::by_name("harmonic_balance").unwrap();
-    assert_eq!((test.claim)(&between.column()).decide(between.damping), Decision::Absent);
+    assert_eq!(test.claim(&between.column()).decide(between.damping), Decision::Absent);
     for (name, engine) in ENGINES {
         let answer = engine(&between.oscillator(), 1e-10);
         assert!(matches!(answer.fate, Fate::Sticks(_)), "{name}: {answer:?}");

@@ -97,7 +97,7 @@ fn a_law_given_as_a_function_is_the_law_built_in() {
 fn nothing_is_proved(column: &Column) {
     let is_theorem = |test: &&Test| matches!(test.guarantee, Guarantee::FiniteEpsilon | Guarantee::Validated);
     for test in TESTS.iter().filter(is_theorem) {
-        let claim = (test.claim)(column);
+        let claim = test.claim(column);
         let silent = claim.present_below == f64::NEG_INFINITY && claim.absent_above == f64::INFINITY;
         assert!(silent, "{}: {claim:?}", test.name);
     }
@@ -198,9 +198,8 @@ fn nodes_of_a_law_given_by_functions_are_followed_to_rest() {
 #[test]
 fn a_law_is_read_as_small_on_request() {
     for (law, column) in columns(80) {
-        let by_name = |name: &str, column: &Column| {
-            (TESTS.iter().find(|test| test.name == name).unwrap().claim)(column)
-        };
+        let by_name =
+            |name: &str, column: &Column| TESTS.iter().find(|test| test.name == name).unwrap().claim(column);
         assert_eq!(by_name("perturbation", &column).present_below, f64::NEG_INFINITY, "{}", law.name());
         let epsilon = column.epsilon;
         let parameters = &[0.3, 0.7, 0.02][..law.parameters().len()];
@@ -214,7 +213,7 @@ fn a_law_is_read_as_small_on_request() {
         assert!(apart(by_name("bendixson_leading", &small).present_below, least) <= 1e-13);
         // Nothing else changes.
         for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
-            assert_eq!((test.claim)(&written), (test.claim)(&small), "{}", test.name);
+            assert_eq!(test.claim(&written), test.claim(&small), "{}", test.name);
         }
         let small = law.read_as_small();
         assert_eq!(Law::from_definition(small.name(), &small.definition()), Some(small));
@@ -349,7 +348,7 @@ fn critical_dampings_of_random_laws_are_those_of_the_reference() {
             );
             // Every theorem is on the right side of it, or leaves it in its undecided gap.
             for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
-                let claim = (test.claim)(&column);
+                let claim = test.claim(&column);
                 let holds = claim.present_below <= row.critical && claim.absent_above >= row.critical;
                 assert!(holds, "{} of {}: {claim:?} {}", test.name, row.law, row.critical);
             }
@@ -378,7 +377,7 @@ fn validated_encloses_every_law() {
         all += 1;
         let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
         sharp += u32::from(proof.critical.hi - proof.critical.lo < 1e-9 * range.hi.abs().max(range.lo.abs()));
-        let claim = (validated::TEST.claim)(&column);
+        let claim = validated::TEST.claim(&column);
         for _ in 0..2 {
             let c = random.between(0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
             let fate = witness::flow(&Oscillator::in_column(&column, c), 1e-10).fate;

@@ -40,7 +40,7 @@ fn proofs_for_all_eps_hold_at_every_eps_tried() {
             if !clear(proved.present_below) || !clear(proved.absent_above) {
                 continue;
             }
-            let symmetric = (certify::symmetric::TEST.claim)(&here.column());
+            let symmetric = certify::symmetric::TEST.claim(&here.column());
             let fate = flow(&here.oscillator(), TOLERANCE).fate;
             if here.epsilon < proved.present_below {
                 // The same theorem, evaluated at this eps alone, and the flow.

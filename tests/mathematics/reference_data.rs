@@ -7,7 +7,7 @@ use slipmap::point::Point;
 use crate::reference::{MarginPoint, ReferenceFate, critical_points, margin_points};
 
 fn claim(test: &Test, point: &Point) -> Claim {
-    (test.claim)(&Law::Stribeck.column(point))
+    test.claim(&Law::Stribeck.column(point))
 }
 
 #[test]

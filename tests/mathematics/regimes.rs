@@ -38,7 +38,7 @@ fn columns() -> Vec<Column> {
 
 /// c(instability), where the divergence at the equilibrium changes its sign.
 fn instability(column: &Column) -> f64 {
-    (certify::instability::TEST.claim)(column).present_below
+    certify::instability::TEST.claim(column).present_below
 }
 
 fn critical(column: &Column) -> f64 {
@@ -542,7 +542,7 @@ fn small_terms_are_resolved_to_second_order() {
         {
             let point = point(epsilon, law, speed, damping);
             let column = Law::Stribeck.column(&point);
-            let claim = (certify::symmetric::TEST.claim)(&column);
+            let claim = certify::symmetric::TEST.claim(&column);
             assert!(claim.absent_above < damping, "{epsilon} {claim:?}");
             let oscillator = Oscillator::new(&Law::Stribeck, &point);
             let answer = flow(&oscillator, 1e-9);

@@ -40,8 +40,7 @@ pub const TEST: Test = Test {
     equation: "paper section 5.1 at finite eps",
     guarantee: Guarantee::FiniteEpsilon,
     first_order: false,
-    claim,
-    claims: Some(claims),
+    claims,
 };
 
 /// Number of strips per quarter turn of the amplitude's bound. In random columns the edge is lower than with
@@ -60,10 +59,6 @@ const STEEPEST: f64 = 0.9;
 
 /// Number of columns whose edges are searched together.
 const LANES: usize = 8;
-
-fn claim(column: &Column) -> Claim {
-    claims(&Columns::new(std::slice::from_ref(column)))[0]
-}
 
 fn claims(columns: &Columns) -> Vec<Claim> {
     let of = |(number, edge): (usize, Option<f64>)| {

@@ -28,8 +28,7 @@ pub const TEST: Test = Test {
     equation: "paper section 5.1, first order",
     guarantee: Guarantee::Asymptotic,
     first_order: true,
-    claim,
-    claims: None,
+    claims: |columns| columns.iter().map(claim).collect(),
 };
 
 fn claim(column: &Column) -> Claim {

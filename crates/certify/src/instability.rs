@@ -28,8 +28,7 @@ pub const TEST: Test = Test {
     equation: "paper (14)",
     guarantee: Guarantee::FiniteEpsilon,
     first_order: false,
-    claim: |column| presence_of((symmetric::TEST.claim)(column)),
-    claims: Some(|columns| symmetric::TEST.claims(columns).into_iter().map(presence_of).collect()),
+    claims: |columns| symmetric::TEST.claims(columns).into_iter().map(presence_of).collect(),
 };
 
 fn presence_of(symmetric: Claim) -> Claim {

@@ -226,7 +226,7 @@ impl<'a> Columns<'a> {
 
     /// The claim of [`symmetric`] about a column.
     pub fn symmetric(&self, number: usize) -> Claim {
-        *self.symmetric[number].get_or_init(|| (symmetric::TEST.claim)(&self.columns[number]))
+        *self.symmetric[number].get_or_init(|| symmetric::claim(&self.columns[number]))
     }
 }
 
@@ -251,19 +251,20 @@ pub struct Test {
     pub guarantee: Guarantee,
     /// Whether it needs the law's expansion to first order in eps, and claims nothing without one.
     pub first_order: bool,
-    /// The claim along a column.
-    pub claim: fn(&Column) -> Claim,
-    /// The claims of many columns, where computing them together costs less than one by one.
-    pub(crate) claims: Option<fn(&Columns) -> Vec<Claim>>,
+    /// The claim along each column; of some tests those of many columns cost less together.
+    pub(crate) claims: fn(&Columns) -> Vec<Claim>,
 }
 
 impl Test {
+    /// The claim along a column.
+    #[must_use]
+    pub fn claim(&self, column: &Column) -> Claim {
+        self.claims(&Columns::new(std::slice::from_ref(column)))[0]
+    }
+
     /// The claim of [`Test::claim`] along each column.
     pub fn claims(&self, columns: &Columns) -> Vec<Claim> {
-        match self.claims {
-            Some(claims) => claims(columns),
-            None => columns.columns.iter().map(self.claim).collect(),
-        }
+        (self.claims)(columns)
     }
 }
 
@@ -325,7 +326,7 @@ mod tests {
             // q = 3: 2 / (q (1 + k + q)).
             (harmonic_balance::TEST, 1.0, 1.0 / 12.0 - 0.03125, 1.0 / 12.0 - 0.03125),
         ] {
-            let claim = (test.claim)(&column(eps));
+            let claim = test.claim(&column(eps));
             // A few roundings of the terms, and none of whole numbers and halves.
             let rounding =
                 |edge: f64| if test.first_order { 0.0 } else { 4.0 * f64::EPSILON * (edge + 0.03125) };
@@ -378,7 +379,7 @@ mod tests {
             let shared = Columns::new(&columns);
             for test in &TESTS {
                 for (column, claim) in columns.iter().zip(test.claims(&shared)) {
-                    assert_eq!(claim, (test.claim)(column), "{} {column:?}", test.name);
+                    assert_eq!(claim, test.claim(column), "{} {column:?}", test.name);
                 }
             }
         }
@@ -396,7 +397,7 @@ mod tests {
             for eps in [power, 1.37 * power] {
                 let column = test_columns::stribeck(eps, 0.3, 0.1, 2.0, 1.0);
                 for test in &TESTS {
-                    let claim = (test.claim)(&column);
+                    let claim = test.claim(&column);
                     let Claim { present_below, absent_above, .. } = claim;
                     let tends_to = |edge: f64, limits: &[f64]| {
                         // The edge of `bendixson` is found to 1e-9.
@@ -413,7 +414,7 @@ mod tests {
         }
         assert!(claimed > 100 && silent > 100, "{claimed} {silent}");
         // A factor of zero is exact: Coulomb friction has no cycle with any damping.
-        let coulomb = (symmetric::TEST.claim)(&test_columns::stribeck(5e-324, 0.3, 0.0, 0.0, 1.0));
+        let coulomb = symmetric::TEST.claim(&test_columns::stribeck(5e-324, 0.3, 0.0, 0.0, 1.0));
         assert_eq!(coulomb.absent_above, 0.0);
     }
 }

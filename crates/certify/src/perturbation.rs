@@ -29,8 +29,7 @@ pub const TEST: Test = Test {
     equation: "paper (12), for any law (6)",
     guarantee: Guarantee::Asymptotic,
     first_order: true,
-    claim,
-    claims: None,
+    claims: |columns| columns.iter().map(claim).collect(),
 };
 
 fn claim(column: &Column) -> Claim {

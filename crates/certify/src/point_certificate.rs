@@ -63,7 +63,7 @@ impl PointCertificate {
     /// Certifies the statements that `validated` proves of a point, written by this program.
     pub fn of(law: &Law, point: &Point, written_by: &str) -> Self {
         let column = law.column(point);
-        let claim = (validated::TEST.claim)(&column);
+        let claim = validated::TEST.claim(&column);
         Self {
             format: Self::NAME.into(),
             statement: statement(&column).into(),
@@ -99,7 +99,7 @@ impl PointCertificate {
         if self.statement != statement(&column) {
             problems.push("its statement is not the one that this format proves".into());
         }
-        let claim = (validated::TEST.claim)(&column);
+        let claim = validated::TEST.claim(&column);
         let [below, above] = critical(&claim);
         let follows = |claimed: Option<f64>, proved: Option<f64>, order: fn(&f64, &f64) -> bool| {
             claimed.is_none_or(|claimed| proved.is_some_and(|proved| order(&claimed, &proved)))

@@ -47,11 +47,10 @@ pub const TEST: Test = Test {
     equation: "not in the paper: even part of the divergence",
     guarantee: Guarantee::FiniteEpsilon,
     first_order: false,
-    claim,
-    claims: Some(|columns| (0..columns.columns.len()).map(|number| columns.symmetric(number)).collect()),
+    claims: |columns| (0..columns.len()).map(|number| columns.symmetric(number)).collect(),
 };
 
-fn claim(column: &Column) -> Claim {
+pub(super) fn claim(column: &Column) -> Claim {
     let even = column.curve.even_weakening_range(column.belt_speed);
     let present_below = presence_edge(column, even.lo);
     let absent = if column.curve.drop() > 0.0 { drop::even_absence(column, even.hi) } else { even.hi };

@@ -242,7 +242,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     };
     let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
     let proofs = theorems.chain([&validated::TEST]).map(|test| {
-        let answer = of_test(Method::Test(test), &(test.claim)(&column), &column, point.damping);
+        let answer = of_test(Method::Test(test), &test.claim(&column), &column, point.damping);
         Proof { test: test.name, verdict: answer.verdict.name(), reason: answer.reason }
     });
     let mut proofs: Vec<Proof> = proofs.collect();

@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{ReportError, SIMULATION, check};
-use slipmap_certify::Claim;
+use slipmap_certify::{Columns, Test};
 use slipmap_format::MapFile;
 use slipmap_map::map::{Control, Grid, Method, unravel};
 use slipmap_model::friction::Column;
@@ -112,7 +112,7 @@ pub struct Boundaries {
 
 enum Source {
     Stored(String),
-    Claim(fn(&Column) -> Claim),
+    Claim(&'static Test),
 }
 
 impl Boundaries {
@@ -129,7 +129,7 @@ impl Boundaries {
             let variable = map.critical(method.name());
             let source = match method {
                 Method::Test(_) if map.has(&variable) => Source::Stored(variable),
-                Method::Test(test) => Source::Claim(test.claim),
+                Method::Test(test) => Source::Claim(test),
                 // The exact boundary, and methods that give verdicts, not critical dampings.
                 Method::Simulation | Method::Naive(..) => continue,
             };
@@ -162,8 +162,9 @@ impl Boundaries {
             for (source, method) in sources.iter().zip(&mut boundaries.methods) {
                 let edges = match source {
                     Source::Stored(variable) => columns.stored(map, variable)?,
-                    Source::Claim(claim) => columns.compute(f64::NAN, |columns| {
-                        columns.iter().map(|column| claim(column).edge().unwrap_or(f64::NAN)).collect()
+                    Source::Claim(test) => columns.compute(f64::NAN, |columns| {
+                        let claims = test.claims(&Columns::new(columns));
+                        claims.iter().map(|claim| claim.edge().unwrap_or(f64::NAN)).collect()
                     }),
                 };
                 method.add(&columns, &edges, &exact, &resolution);

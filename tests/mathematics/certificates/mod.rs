@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 impl Sample {
     fn claim(&self, test: &str) -> Claim {
         let Some(test) = by_name(test) else { panic!("no test is called {test}") };
-        (test.claim)(&self.column())
+        test.claim(&self.column())
     }
 
     fn decide(&self, test: &str) -> Decision {
@@ -220,7 +220,7 @@ proptest! {
         let l = 2f64.powi(power);
         let scaled = p.rescaled(l);
         for test in &TESTS {
-            let (claim, expected) = ((test.claim)(&scaled.column()), (test.claim)(&p.column()));
+            let (claim, expected) = (test.claim(&scaled.column()), test.claim(&p.column()));
             let expected = Claim {
                 sticks_from: expected.sticks_from / l,
                 present_below: expected.present_below / l,
@@ -239,7 +239,7 @@ proptest! {
         // Twice the drop 1 - alpha, at half the rate gamma.
         let faster = Sample { alpha: 1.0 - 2.0 * (1.0 - alpha), ..faster };
         for test in &TESTS {
-            let (slow, fast) = ((test.claim)(&p.column()), (test.claim)(&faster.column()));
+            let (slow, fast) = (test.claim(&p.column()), test.claim(&faster.column()));
             prop_assert_eq!(slow.present_below, fast.present_below, "{}", test.name);
             prop_assert_eq!(slow.absent_above, fast.absent_above, "{}", test.name);
         }

@@ -176,7 +176,7 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
                             let exact = critical_damping(&column, 1e-12).ok().and_then(|root| legal(root.c));
                             let range = column.curve.weakening_range(0.0, column.belt_speed);
                             let size = range.lo.abs().max(range.hi.abs()) / column.epsilon;
-                            (index, legal((test.claim)(&column).present_below), exact, size)
+                            (index, legal(test.claim(&column).present_below), exact, size)
                         })
                         .collect()
                 })

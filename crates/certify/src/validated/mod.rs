@@ -86,8 +86,7 @@ pub static TEST: Test = Test {
     equation: "paper, Proposition 1, by a computer-assisted proof",
     guarantee: Guarantee::Validated,
     first_order: false,
-    claim,
-    claims: None,
+    claims: |columns| columns.iter().map(claim).collect(),
 };
 
 /// Number of bisections: `sticks_from` is located to 2^-10 of the interval searched.

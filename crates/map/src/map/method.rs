@@ -63,7 +63,7 @@ impl Method {
     pub fn decide(&self, column: &Column, c: f64, tolerance: f64) -> Verdict {
         let oscillator = Oscillator::in_column(column, c);
         match self {
-            Method::Test(test) => (test.claim)(column).decide(c).into(),
+            Method::Test(test) => test.claim(column).decide(c).into(),
             Method::Simulation => Verdict::from(&flow(&oscillator, tolerance).fate),
             Method::Naive(naive, knobs) => naive.decide(&oscillator, knobs).verdict.into(),
         }

@@ -73,7 +73,7 @@ impl Answer {
         let critical = slipmap_simulate::critical_damping(&column, tolerance);
         let methods = methods
             .map(|method| match method {
-                Method::Test(test) => of_test(method, &(test.claim)(&column), &column, point.damping),
+                Method::Test(test) => of_test(method, &test.claim(&column), &column, point.damping),
                 Method::Simulation => of_simulation(law, point, &flow, &critical),
                 Method::Naive(naive, knobs) => {
                     of_naive(method, law, naive.decide(&oscillator, &knobs).verdict)

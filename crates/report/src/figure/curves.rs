@@ -134,7 +134,7 @@ pub(super) fn by_method(
     let solved = &columns[..simulated.len()];
     let tests = map.methods().iter().filter_map(|method| match method {
         Method::Test(test) => {
-            let edges = solved.iter().map(|column| (test.claim)(column).edge().unwrap_or(f64::NAN));
+            let edges = solved.iter().map(|column| test.claim(column).edge().unwrap_or(f64::NAN));
             Some((method.name().into(), edges.collect()))
         }
         Method::Simulation | Method::Naive(..) => None,

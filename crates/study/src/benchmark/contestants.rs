@@ -84,7 +84,7 @@ fn compare(c: f64, critical: Option<(f64, f64)>) -> Answer {
 
 #[inline]
 pub(super) fn closed_form(test: &Test, cell: &Cell) -> Answer {
-    let claim = (test.claim)(&cell.column);
+    let claim = test.claim(&cell.column);
     let verdict = Verdict::from(claim.decide(cell.point.damping));
     Answer { verdict, margin: None, critical: Some(claim.present_below) }
 }

@@ -87,7 +87,7 @@ impl Mechanism {
 /// The mechanism by which `method` fails at damping `c` of a column, where the orbit has the given fate.
 pub(super) fn of(method: Method, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mechanism {
     match method {
-        Method::Test(test) if kind == Kind::Undecided => undecided(&(test.claim)(column), c),
+        Method::Test(test) if kind == Kind::Undecided => undecided(&test.claim(column), c),
         Method::Test(test) => of_test(test.name, column, c, kind, fate),
         Method::Simulation => Mechanism::Unexplained,
         Method::Naive(naive, knobs) => {
@@ -125,7 +125,7 @@ fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mech
             Kind::WrongPresence => Decision::Present,
             Kind::WrongAbsence | Kind::Undecided | Kind::Failed => Decision::Absent,
         };
-        (test.claim)(column).decide(c) != wrong
+        test.claim(column).decide(c) != wrong
     });
     let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
     let viscous = column.epsilon * c;
