@@ -221,6 +221,20 @@ fn where_no_cycle_exists_at_any_eps() {
     assert_eq!(self::ray(&circle).steps(), (Verdict::Undecided, &[][..]));
 }
 
+/// Without damping nothing depends on eps where the law does not: limits are 0 or infinite.
+#[test]
+fn where_nothing_depends_on_eps() {
+    let law = Law::Exponential;
+    let point = law.point(1.0, &[0.5, 0.5, 0.0], 0.3, 0.0).unwrap();
+    let ray = Ray::new(&law, &point, TOLERANCE);
+    assert_eq!(ray.steps(), (Verdict::Present, &[][..]));
+    for (name, limit) in
+        [("simulation", Limit::Throughout), ("symmetric", Limit::Throughout), ("perturbation", Limit::Never)]
+    {
+        assert_eq!(ray.limit(method(name)), limit, "{name}");
+    }
+}
+
 #[test]
 fn a_fast_belt_ends_the_limits_at_the_landing() {
     // The orbit lands beyond the stick segment, and crosses for ever, long before grazing.

@@ -368,7 +368,8 @@ impl Ray {
         let (Some(here), Some(left), Some(right)) = (flows[i].reach, before.reach, after.reach) else {
             return Ok(None);
         };
-        if here < left || here < right {
+        // At c = 0 orbits of a law without eps land alike at every eps.
+        if here < left || here < right || here == left && here == right {
             return Ok(None);
         }
         // An orbit with a reach above 4 never sticks.
