@@ -169,6 +169,9 @@ fn data_may_leave_open_what_the_machine_does() {
         ]);
         let kick = text.lines().find(|line| line.contains("kick that starts it")).unwrap();
         assert!(!kick.chars().any(|c| c.is_ascii_digit()), "{kick}");
+        assert_eq!(open["kick_status"], "not_determined");
+        assert!(open["kick_forward"].is_null() && open["kick_backward_standard_error"].is_null(), "{open}");
+        assert!(open["kick_reason"].as_str().unwrap().contains("the data leave open"), "{open}");
     }
     // A table of points tells the same of each row.
     scratch.file("rows.csv", format!("damping\n30\n{}\n", hopf + error));

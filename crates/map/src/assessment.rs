@@ -111,7 +111,7 @@ pub enum NeededKick {
     NotNeeded,
     /// No kick of steady slip starts it.
     None,
-    /// Whether there is one is not determined.
+    /// Whether there is one is not determined, or the errors of the data leave it open.
     NotDetermined,
 }
 
@@ -119,17 +119,13 @@ impl Assessment {
     /// The kick from steady slip that starts stick-slip.
     pub fn needed_kick(&self) -> NeededKick {
         match (self.kick, self.behaviour.regime) {
+            _ if self.is_left_open() => NeededKick::NotDetermined,
             (Some(kick), _) => NeededKick::Kick(kick),
             (None, Regime::StickSlip | Regime::PureSlip | Regime::Crossing) => NeededKick::NotNeeded,
             (None, Regime::Equilibrium) => NeededKick::None,
             // A cycle that crosses the belt line may be started by a kick that is not computed.
             (None, _) => NeededKick::NotDetermined,
         }
-    }
-
-    /// The kick as impulses, N s: what a hammer or the loss of a load gives to the mass.
-    pub fn kick_impulse(&self) -> Option<Kick> {
-        self.kick.map(|kick| kick.times(self.machine.mass))
     }
 
     /// The damping above which it stick-slips from no start: the end of the highest interval in which it may. That is the

@@ -69,21 +69,21 @@ fn key_of(limit: DampingLimit) -> &'static str {
     }
 }
 
-fn kick_status(all: &Assessment) -> &'static str {
-    match all.needed_kick() {
-        NeededKick::Kick(_) => "kick",
-        NeededKick::NotNeeded => "not_needed",
-        NeededKick::None => "none",
-        NeededKick::NotDetermined => "not_determined",
-    }
-}
-
 /// What the page says.
 pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
     let (machine, does) = (&all.machine, &all.behaviour);
     let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     let error = |of: fn(StandardErrors) -> Option<f64>| all.standard_errors.and_then(of);
-    let (open, impulse) = (all.left_open(), all.kick_impulse());
+    let open = all.left_open();
+    let (status, kick) = match all.needed_kick() {
+        NeededKick::Kick(kick) => ("kick", Some(kick)),
+        NeededKick::NotNeeded => ("not_needed", None),
+        NeededKick::None => ("none", None),
+        NeededKick::NotDetermined => ("not_determined", None),
+    };
+    // What a hammer or the loss of a load gives to the mass, N s.
+    let impulse = kick.map(|kick| kick.times(machine.mass));
+    let error_of_kick = all.standard_errors.and_then(|errors| errors.kick).filter(|_| kick.is_some());
     let motion = json!({
         "needed_slip_speed": does.needed_slip_speed,
         "needed_slip_speed_for_belt_speeds": all.needed_for_speeds,
@@ -97,14 +97,14 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "growth_time": does.growth_time,
         "fragile_from_before_end_of_stick_seconds": all.fragile.map(|[before, _]| before),
         "fragile_for_seconds": all.fragile.map(|[_, lasts]| lasts),
-        "kick_status": kick_status(all),
-        "kick_reason": why_no_kick(all).filter(|_| all.needed_kick() == NeededKick::NotDetermined),
-        "kick_forward": all.kick.map(|kick| kick.forward),
-        "kick_backward": all.kick.map(|kick| kick.backward),
+        "kick_status": status,
+        "kick_reason": why_no_kick(all).filter(|_| status == "not_determined"),
+        "kick_forward": kick.map(|kick| kick.forward),
+        "kick_backward": kick.map(|kick| kick.backward),
         "kick_forward_impulse": impulse.map(|kick| kick.forward),
         "kick_backward_impulse": impulse.map(|kick| kick.backward),
-        "kick_forward_standard_error": error(|errors| Some(errors.kick?.forward)),
-        "kick_backward_standard_error": error(|errors| Some(errors.kick?.backward)),
+        "kick_forward_standard_error": error_of_kick.map(|kick| kick.forward),
+        "kick_backward_standard_error": error_of_kick.map(|kick| kick.backward),
     });
     let mut page = json!({
         "law": machine.friction.law_name(),

@@ -351,7 +351,6 @@ fn motion(all: &Assessment, written: &Written) -> Vec<Line> {
     };
     let kick = |value: Rich| line("kick that starts it", value);
     motion.push(match all.needed_kick() {
-        _ if all.is_left_open() => kick(rich(KICK_LEFT_OPEN)),
         NeededKick::Kick(kick) => {
             let of = |value: f64, error: Option<f64>, dimension: Dimension| {
                 let unit = unit(dimension);
