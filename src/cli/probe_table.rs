@@ -14,8 +14,8 @@ use super::replace;
 use super::report::{existing, unwritten};
 use super::run::tell_units;
 use super::threads::not_started;
-use super::{Ended, Failure, interrupt, point, probe_machine};
-use slipmap_config::{MachineJob, PointTable};
+use super::{Ended, Failure, interrupt, probe_machine};
+use slipmap_config::{MachineJob, PointTable, check_law};
 use slipmap_format::files::{folder_of, publish_file, temporary_in};
 use slipmap_map::assessment::StandardErrors;
 use slipmap_map::behaviour::growth_time;
@@ -186,7 +186,7 @@ fn oscillator(
     match about {
         About::Law(law) => {
             let point = table.point(row, law)?;
-            point::check_law(law, &point).map_err(at)?;
+            check_law(law, &point).map_err(|(problem, remedy)| at(format!("{problem}\n  help: {remedy}")))?;
             Ok((law.clone(), point, None))
         }
         About::Machine(of, _) => {
