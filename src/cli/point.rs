@@ -7,7 +7,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::Failure;
 use super::output::exact;
-use slipmap_config::{Level, Measured, check_law, decimal_comma, has_unit, nearest, point_into, point_of};
+use slipmap_config::{Level, Measured, decimal_comma, has_unit, nearest, point_into, point_of};
 use slipmap_map::map::Grid;
 use slipmap_map::probe::{axis_names, flag};
 use slipmap_model::friction::{ExpressionError, Law, PointError};
@@ -236,7 +236,7 @@ impl PointArguments {
             let problem = format!("{}{}: not a legal value", flag(name), exact(value));
             Failure::bad_input(problem, format!("{name} must be {wanted}"))
         })?;
-        check_law(law, &point).map_err(|(problem, remedy)| Failure::bad_input(problem, remedy))?;
+        check_law(law, &point).map_err(Failure::BadInput)?;
         Ok(point)
     }
 
@@ -251,6 +251,13 @@ impl PointArguments {
             }
         }
     }
+}
+
+/// Checks that the law is legal at the slip speeds of a point.
+pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
+    let flag = if let Law::Expression(_) = law.as_written() { "--phi: " } else { "" };
+    slipmap_config::check_law(law, point)
+        .map_err(|(problem, remedy)| format!("{flag}{problem}\n  help: {remedy}"))
 }
 
 impl Args for PointArguments {

@@ -81,8 +81,10 @@ pub(super) fn check(friction: &Section, law: &Law) -> Result<(), ConfigError> {
         return Err(fit.missing(COVARIANCE, "take it as `slipmap fit` writes it".into()));
     };
     for key in fit.keys().iter().filter(|key| *key != COVARIANCE) {
-        if let Some(node) = fit.get(key) {
-            node.number()?;
+        if let Some(node) = fit.get(key)
+            && !node.number()?.is_finite()
+        {
+            return Err(node.error("a fitted value must be finite", "take it as `slipmap fit` writes it"));
         }
     }
     let count = fit.keys().len() - 1;
