@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     replace::check("--out", &folder, None, arguments.overwrite)?;
     let who = contestants();
     let bar = progress::bar(arguments.quiet, Some(who.len() as u64), "settings");
-    let on_row = |done: usize, _: &str| bar.set_position(done as u64);
+    let on_row = |done: usize| bar.set_position(done as u64);
     let stop = interrupt::flag();
     let go_on = || !stop.load(Ordering::Relaxed);
     let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on)
