@@ -6,6 +6,7 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use slipmap::config::point_of;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law as Family};
 use slipmap::map::{Engine, Method, Regime, Verdict, decide, regime as regime_of};
@@ -13,7 +14,7 @@ use slipmap::point::Point;
 use slipmap::simulate::critical::{CriticalDamping, critical_dampings};
 use slipmap::simulate::flow;
 
-use crate::law::{Law, check_law, check_values, choose};
+use crate::law::{Law, check_law, choose, legal_point};
 use crate::point::check_tolerance;
 use crate::work::{FEW, Steering, run};
 
@@ -47,10 +48,10 @@ impl<'a> Arguments<'a> {
         Ok(arguments)
     }
 
-    /// The point of an element; `None` if an argument is NaN.
+    /// The point of an element, which is legal; `None` if an argument is NaN.
     fn point(&self, i: usize, element: &mut Vec<f64>) -> Option<Point> {
         self.element(i, element);
-        point(self.law, element)
+        point_of(self.law, element).ok()
     }
 
     /// Applies `of` to the point of each element, in parallel for many; `unknown` where an argument is NaN.
@@ -71,6 +72,8 @@ impl<'a> Arguments<'a> {
     fn element(&self, i: usize, into: &mut Vec<f64>) {
         into.clear();
         into.extend(self.values.iter().map(|values| if values.len() == 1 { values[0] } else { values[i] }));
+        // A column has no damping of its own; a point has one.
+        into.resize(self.law.parameters().len() + 3, 0.0);
     }
 
     fn check(&self, py: Python<'_>) -> PyResult<()> {
@@ -85,13 +88,13 @@ impl<'a> Arguments<'a> {
                 continue;
             }
             let place = || if single { String::new() } else { format!(" (element {i})") };
-            check_values(self.law, &element, &place)?;
+            legal_point(self.law, &element, place)?;
         }
         let checked = self.len.min(CHECKED);
         for i in 0..checked {
             let place = if checked > 1 { i * (self.len - 1) / (checked - 1) } else { 0 };
             if let Some(point) = self.point(place, &mut element) {
-                check_law(self.law, &point).map_err(PyValueError::new_err)?;
+                check_law(self.law, &point)?;
             }
         }
         Ok(())
@@ -106,13 +109,6 @@ pub(crate) fn columns_of<'a>(arrays: &'a [PyReadonlyArray1<'_, f64>]) -> PyResul
         return Err(PyValueError::new_err("arrays of different lengths"));
     }
     Ok((values, len))
-}
-
-/// The point of values in the order of the axes, damping 0 if it is left out; `None` if it is not legal.
-fn point(law: &Family, values: &[f64]) -> Option<Point> {
-    let count = law.parameters().len();
-    let damping = values.get(count + 2).copied().unwrap_or(0.0);
-    law.point(values[0], &values[1..=count], values[count + 1], damping).ok()
 }
 
 /// Applies `each` to tasks of consecutive elements, in parallel for many, or where `progress` is told.
@@ -182,10 +178,10 @@ pub(crate) fn critical_c<'py>(
     Ok((PyArray1::from_vec(py, values), PyArray1::from_vec(py, errors)))
 }
 
-/// Elements that share all parameters but the damping, and those dampings in growing order.
+/// Elements that share all parameters but the damping, with their dampings, which grow.
 struct Group {
-    column: Vec<f64>,
-    elements: Vec<usize>,
+    point: Point,
+    elements: Vec<(usize, f64)>,
 }
 
 /// Verdict codes, one row per method; `not_computed` where an argument is NaN.
@@ -205,12 +201,8 @@ pub(crate) fn verdicts<'py>(
     let methods: Vec<Method> = methods.iter().map(|name| method(name)).collect::<PyResult<_>>()?;
     let groups = py.detach(|| groups(&arguments));
     let decide_group = |group: &Group| -> Vec<Vec<i8>> {
-        let Some(point) = point(family, &group.column) else { unreachable!("the arguments are checked") };
-        let column = family.column(&point);
-        let last = arguments.values.len() - 1;
-        let damping =
-            |&i: &usize| arguments.values[last][if arguments.values[last].len() == 1 { 0 } else { i }];
-        let dampings: Vec<f64> = group.elements.iter().map(damping).collect();
+        let column = family.column(&group.point);
+        let dampings: Vec<f64> = group.elements.iter().map(|(_, damping)| *damping).collect();
         methods.iter().map(|method| of_method(method, &column, &dampings, tolerance)).collect()
     };
     let decided = if groups.len() <= 1 && arguments.len <= FEW {
@@ -227,7 +219,7 @@ pub(crate) fn verdicts<'py>(
     let mut codes = vec![vec![Verdict::NotComputed.code(); arguments.len]; methods.len()];
     for (group, rows) in groups.iter().zip(decided) {
         for (row, verdicts) in codes.iter_mut().zip(rows) {
-            for (&i, code) in group.elements.iter().zip(verdicts) {
+            for (&(i, _), code) in group.elements.iter().zip(verdicts) {
                 row[i] = code;
             }
         }
@@ -244,23 +236,18 @@ fn groups(arguments: &Arguments<'_>) -> Vec<Group> {
     let mut known: HashMap<Vec<u64>, usize> = HashMap::new();
     let mut groups: Vec<Group> = Vec::new();
     let mut element = Vec::new();
-    let mut dampings = Vec::with_capacity(arguments.len);
     for i in 0..arguments.len {
-        arguments.element(i, &mut element);
-        let damping = element.pop().unwrap_or(f64::NAN);
-        dampings.push(damping);
-        if damping.is_nan() || element.iter().any(|value| value.is_nan()) {
-            continue;
-        }
+        let Some(point) = arguments.point(i, &mut element) else { continue };
+        element.pop();
         let key = element.iter().map(|value| value.to_bits()).collect();
         let group = *known.entry(key).or_insert_with(|| {
-            groups.push(Group { column: element.clone(), elements: Vec::new() });
+            groups.push(Group { point, elements: Vec::new() });
             groups.len() - 1
         });
-        groups[group].elements.push(i);
+        groups[group].elements.push((i, point.damping));
     }
     for group in &mut groups {
-        group.elements.sort_by(|&a, &b| dampings[a].total_cmp(&dampings[b]));
+        group.elements.sort_by(|(_, one), (_, other)| one.total_cmp(other));
     }
     groups
 }

@@ -3,10 +3,10 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use slipmap::config::{Level, number_in};
-use slipmap::friction::{Function, Law as Family, Table};
+use slipmap::config::{self, Level, number_in};
+use slipmap::friction::{Function, Law as Family, PointError, Table};
 use slipmap::machine::{Coefficients, DAMPING_RATIO, Motion, unit};
-use slipmap::map::{AxisRole, Grid};
+use slipmap::map::Grid;
 use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 /// A family of friction laws; its parameters are given at every call.
@@ -26,10 +26,9 @@ impl Law {
     /// A law given as a formula.
     #[staticmethod]
     fn expression(formula: &str, static_level: Option<f64>, at_peak: bool) -> PyResult<Self> {
-        let law = level(static_level, at_peak)?.formula(formula).map_err(|error| {
-            let problem = slipmap::config::point_into(formula, &error);
-            PyValueError::new_err(format!("{problem}\n  help: {}", error.remedy))
-        })?;
+        let law = level(static_level, at_peak)?
+            .formula(formula)
+            .map_err(|error| told((config::point_into(formula, &error), error.remedy)))?;
         Ok(Self { law })
     }
 
@@ -236,8 +235,8 @@ impl Law {
         epsilon: f64,
         parameters: Vec<f64>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
-        let values: Vec<f64> = std::iter::once(epsilon).chain(parameters.iter().copied()).collect();
-        check_values(&self.law, &values, &AXIS_WITHOUT_INDEX)?;
+        // At any belt speed and damping.
+        legal_point(&self.law, &[&[epsilon], &parameters[..], &[1.0, 0.0]].concat(), String::new)?;
         let curve = self.law.curve(epsilon, &LawParameters::new(&parameters));
         let u = u.as_array();
         let phi: Vec<f64> = u.iter().map(|&u| curve.phi(u)).collect();
@@ -283,66 +282,33 @@ pub(crate) fn level(given: Option<f64>, at_peak: bool) -> PyResult<Level> {
     }
 }
 
-/// Description of a value's position in the caller's arrays.
-pub(crate) type Place<'a> = &'a (dyn Fn() -> String + Sync);
-
-const AXIS_WITHOUT_INDEX: fn() -> String = String::new;
-
-/// Checks the first values of a point, in the order of [`Grid::axis_names`], against their legal domains.
-pub(crate) fn check_values(law: &Family, values: &[f64], place: Place<'_>) -> PyResult<()> {
-    let names = Grid::axis_names(law);
-    let count = law.parameters().len();
-    let role = |axis: usize| match axis {
-        0 => AxisRole::Epsilon,
-        axis if axis <= count => AxisRole::Law(axis - 1),
-        axis if axis == count + 1 => AxisRole::BeltSpeed,
-        _ => AxisRole::Damping,
-    };
-    for (axis, (&value, name)) in values.iter().zip(&names).enumerate() {
-        Grid::check_value(law, role(axis), name, value).map_err(|error| {
-            let text = error.to_string();
-            let wanted = text.rsplit_once("; ").map_or(text.as_str(), |(_, wanted)| wanted);
-            PyValueError::new_err(format!("{name}{} = {value}: {wanted}", place()))
-        })?;
-    }
-    Ok(())
+/// The point of values in the order of [`Grid::axis_names`], `place` being where the caller has them.
+pub(crate) fn legal_point(law: &Family, values: &[f64], place: impl Fn() -> String) -> PyResult<Point> {
+    config::point_of(law, values).map_err(|error| {
+        PyValueError::new_err(match error {
+            PointError::OutOfDomain { name, value, domain } => {
+                format!("{name}{} = {value}: it must be {domain}", place())
+            }
+            error @ PointError::ParameterCount { .. } => error.to_string(),
+        })
+    })
 }
 
-/// The point of values in the order of [`Grid::axis_names`]; checked.
+/// The point of values in the order of [`Grid::axis_names`], at which the law is legal.
 pub(crate) fn point_of(law: &Family, values: &[f64]) -> PyResult<Point> {
-    let wanted = law.parameters().len() + 3;
-    if values.len() != wanted {
-        return Err(PyValueError::new_err(format!("{wanted} values make a point, not {}", values.len())));
-    }
-    check_values(law, values, &AXIS_WITHOUT_INDEX)?;
-    let point = law
-        .point(values[0], &values[1..wanted - 2], values[wanted - 2], values[wanted - 1])
-        .map_err(|error| PyValueError::new_err(error.to_string()))?;
-    check_law(law, &point).map_err(PyValueError::new_err)?;
+    let point = legal_point(law, values, String::new)?;
+    check_law(law, &point)?;
     Ok(point)
 }
 
 /// Checks that the law is legal at the slip speeds of a point.
-pub(crate) fn check_law(law: &Family, point: &Point) -> Result<(), String> {
-    let fastest = 2.0 * point.belt_speed;
-    match law.as_written() {
-        Family::Expression(law) => law.check(point.epsilon, &point.law, fastest).map_err(|error| {
-            format!("{}\n  help: {}", slipmap::config::point_into(&law.text(), &error), error.remedy)
-        }),
-        Family::Table(table) if table.fastest() < fastest => Err(format!(
-            "V = {}: the data of {} end at slip speed {}, below 2 V\n  help: choose a lower belt speed",
-            point.belt_speed,
-            table.origin(),
-            table.fastest()
-        )),
-        Family::Function(function) if function.fastest() < fastest => Err(format!(
-            "V = {}: {} was sampled up to slip speed {}, below 2 V\n  help: choose a lower belt speed, or sample farther",
-            point.belt_speed,
-            function.origin(),
-            function.fastest()
-        )),
-        _ => Ok(()),
-    }
+pub(crate) fn check_law(law: &Family, point: &Point) -> PyResult<()> {
+    config::check_law(law, point).map_err(told)
+}
+
+/// What is wrong, and the remedy.
+pub(crate) fn told((problem, remedy): (String, String)) -> PyErr {
+    PyValueError::new_err(format!("{problem}\n  help: {remedy}"))
 }
 
 const _: () = assert!(MAX_LAW_PARAMETERS == 8, "the stub file says 8");

@@ -143,7 +143,7 @@ impl Machine {
         let written = written.collect();
         let made = Self { machine, uncertain, written };
         let Model { law, point, .. } = made.model()?;
-        check_law(&law, &point).map_err(PyValueError::new_err)?;
+        check_law(&law, &point)?;
         Ok(made)
     }
 

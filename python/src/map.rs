@@ -4,7 +4,8 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use numpy::{PyArray1, PyArrayMethods};
+use numpy::ndarray::ArrayD;
+use numpy::{PyArray1, PyArrayMethods, ToPyArray};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -30,8 +31,8 @@ pub(crate) fn grid_of(law: &Family, nodes: Vec<Vec<f64>>) -> PyResult<Grid> {
 
 /// All cells of a variable.
 enum Cells {
-    Codes(Vec<i8>),
-    Reals(Vec<f64>),
+    Codes(ArrayD<i8>),
+    Reals(ArrayD<f64>),
 }
 
 /// Receives tiles into arrays of the whole grid.
@@ -44,10 +45,10 @@ impl Memory {
     fn new(plan: &Plan) -> Self {
         let schema = Schema::of(plan);
         let empty = |variable| {
-            let size = schema.shape(variable).iter().product();
+            let shape = schema.shape(variable);
             Mutex::new(match variable.codes() {
-                Some(_) => Cells::Codes(vec![variable.fill_code(); size]),
-                None => Cells::Reals(vec![f64::NAN; size]),
+                Some(_) => Cells::Codes(ArrayD::from_elem(shape, variable.fill_code())),
+                None => Cells::Reals(ArrayD::from_elem(shape, f64::NAN)),
             })
         };
         let cells = schema.variables.iter().map(empty).collect();
@@ -57,15 +58,14 @@ impl Memory {
     /// Copies the tile to its place: workers fill different cells.
     fn fill(&self, data: &TileData) {
         for (position, variable) in self.schema.filled_by(data.tile.number) {
-            let shape = self.schema.shape(variable);
-            let ranges = &data.tile.ranges[..shape.len()];
+            let ranges = &data.tile.ranges;
             let mut cells = self.cells[position].lock().unwrap_or_else(PoisonError::into_inner);
             match (&mut *cells, variable.cells(data)) {
                 (Cells::Codes(all), slipmap::dataset::Cells::Codes(codes)) => {
-                    scatter(codes.values(), ranges, &shape, all);
+                    fill(all, ranges, codes.values());
                 }
                 (Cells::Reals(all), slipmap::dataset::Cells::Reals(reals)) => {
-                    scatter(reals.iter().copied(), ranges, &shape, all);
+                    fill(all, ranges, reals.iter().copied());
                 }
                 _ => unreachable!("codes are codes and real numbers are real numbers"),
             }
@@ -73,21 +73,11 @@ impl Memory {
     }
 }
 
-/// Copies the cells of a box, row-major, into an array of the given shape.
-fn scatter<T>(cells: impl IntoIterator<Item = T>, ranges: &[Range<usize>], shape: &[usize], all: &mut [T]) {
-    let mut cells = cells.into_iter();
-    let Some((last, outer)) = ranges.split_last() else { return };
-    let rows: usize = outer.iter().map(ExactSizeIterator::len).product();
-    for row in 0..rows {
-        let (mut rest, mut start, mut stride) = (row, last.start, shape[shape.len() - 1]);
-        for (range, length) in outer.iter().zip(shape).rev() {
-            start += (range.start + rest % range.len()) * stride;
-            rest /= range.len();
-            stride *= length;
-        }
-        for (place, cell) in all[start..start + last.len()].iter_mut().zip(&mut cells) {
-            *place = cell;
-        }
+/// Copies the cells of a box, row-major, into an array; a variable may lack the last axis.
+fn fill<T>(all: &mut ArrayD<T>, ranges: &[Range<usize>], mut cells: impl Iterator<Item = T>) {
+    let mut part = all.slice_each_axis_mut(|axis| ranges[axis.axis.index()].clone().into());
+    for mut row in part.rows_mut() {
+        row.iter_mut().zip(&mut cells).for_each(|(place, cell)| *place = cell);
     }
 }
 
@@ -171,10 +161,9 @@ impl Map {
     ) -> PyResult<Vec<(String, Bound<'py, PyDict>, Bound<'py, PyAny>)>> {
         let variables = self.schema.variables.iter().zip(&self.cells).map(|(variable, cells)| {
             let attributes = variable.attributes.iter().map(|(name, value)| (*name, value));
-            let shape = self.schema.shape(variable);
             let array = match cells {
-                Cells::Codes(codes) => PyArray1::from_slice(py, codes).reshape(shape)?.into_any(),
-                Cells::Reals(reals) => PyArray1::from_slice(py, reals).reshape(shape)?.into_any(),
+                Cells::Codes(codes) => codes.to_pyarray(py).into_any(),
+                Cells::Reals(reals) => reals.to_pyarray(py).into_any(),
             };
             Ok((variable.name.clone(), attribute_dict(py, attributes)?, array))
         });

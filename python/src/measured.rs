@@ -5,12 +5,8 @@ use pyo3::prelude::*;
 use slipmap::config::{Measured, OfMachine, law_of};
 use slipmap::friction::{Expression, Law as Family};
 
-use crate::law::{Law, level};
+use crate::law::{Law, level, told};
 use crate::point::json;
-
-fn told((problem, remedy): (String, String)) -> PyErr {
-    PyValueError::new_err(format!("{problem}\n  help: {remedy}"))
-}
 
 fn read(name: &str, rows: &[u8], forces: Option<bool>) -> PyResult<Measured> {
     Measured::of_bytes(name, rows, Some(OfMachine { motion: None, forces })).map_err(told)

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::configuration::Configuration;
 use super::output::{count, exact, short};
 use super::replace;
 use super::report::{failure, unwritten};
@@ -36,12 +37,8 @@ The configuration is that of `slipmap run`; its methods are compared at every ce
 stored as a map. Without --out the tables are printed as Markdown. With it, DIR/failures.md holds them,
 DIR/methods.csv one row per method and DIR/classes.csv one row per class of failure.")]
 pub(super) struct Arguments {
-    /// The configuration
-    #[arg(value_name = "CONFIG.toml")]
-    config: PathBuf,
-    /// Replace one value of the configuration; may be repeated. The value is TOML; a bare word is text
-    #[arg(long = "set", value_name = "key.path=value")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    configuration: Configuration,
     /// The folder to write
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -57,7 +54,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    let job = Job::load(&arguments.config, &arguments.sets)?;
+    let job = arguments.configuration.load()?;
     let grid = &job.plan.grid;
     refuse_machine(&job)?;
     if grid.cells() > MOST_CELLS {
@@ -96,10 +93,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 
 /// The command line that repeats this catalogue.
 fn command(arguments: &Arguments) -> String {
-    let mut line = format!("slipmap failures {}", arguments.config.display());
-    for set in &arguments.sets {
-        line.push_str(&format!(" --set '{set}'"));
-    }
+    let mut line = format!("slipmap failures {}", arguments.configuration.words());
     if let Some(folder) = &arguments.out {
         line.push_str(&format!(" --out {}", folder.display()));
     }

@@ -1,18 +1,13 @@
 //! `slipmap merge`: makes a map of the tiles that processes have left in their journals.
 
-use std::path::PathBuf;
-
 use clap::Args;
 
 use super::complete::{self, Asked};
+use super::configuration::Configuration;
 use super::output::{count, number_of};
 use super::preflight::{Permission, Preflight};
-use super::run::{
-    abandon_in_time, complete_already, config_and_sets, provenance, refused, report_loss,
-    with_how_to_continue,
-};
+use super::run::{abandon_in_time, complete_already, provenance, refused, report_loss, with_how_to_continue};
 use super::{Ended, Failure, NOTHING_LEFT, interrupt, threads};
-use slipmap_config::Job;
 use slipmap_format::Journals;
 use slipmap_map::map::ComputeError;
 
@@ -27,12 +22,8 @@ Every variable of the map equals that of one process, bit for bit. Curves, proof
 journals, NAME.part.LETTERS, are kept until the map is complete, sealed and on disk; then they are removed. If
 tiles are missing, the shards that have them are named, and nothing is changed. It may be repeated.")]
 pub(super) struct Arguments {
-    /// The configuration
-    #[arg(value_name = "CONFIG.toml")]
-    config: PathBuf,
-    /// Replace one value of the configuration, as for the shards; may be repeated
-    #[arg(long = "set", value_name = "key.path=value")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    configuration: Configuration,
     /// Number of threads for curves and proofs; default: one per core
     #[arg(long, value_name = "NUMBER", value_parser = threads::parse)]
     threads: Option<usize>,
@@ -46,7 +37,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
-    let job = Job::load(&arguments.config, &arguments.sets)?;
+    let job = arguments.configuration.load()?;
     Preflight::check(&job, Permission::Resume)?;
     let found = Journals::beside(&job.output, &job.plan, &provenance(&job), None).map_err(refused)?;
     let Some(found) = found else {
@@ -59,7 +50,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let missing = number_of(found.tiles() - found.finished_tiles(), "tile");
         return Err(Failure::bad_input(
             format!("{}: {missing} of {} missing", job.output.display(), count(found.tiles())),
-            how_to_compute(&found, &config_and_sets(&arguments.config, &arguments.sets)),
+            how_to_compute(&found, &arguments.configuration.words()),
         ));
     }
     abandon_in_time(Some(job.output.clone()));

@@ -7,6 +7,7 @@
 mod chances;
 mod check;
 mod complete;
+mod configuration;
 mod estimate;
 #[cfg(feature = "explore")]
 mod explore;

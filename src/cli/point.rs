@@ -10,7 +10,7 @@ use super::output::exact;
 use slipmap_config::{Level, Measured, decimal_comma, has_unit, nearest, point_into, point_of};
 use slipmap_map::map::Grid;
 use slipmap_map::probe::{axis_names, flag};
-use slipmap_model::friction::{ExpressionError, Law};
+use slipmap_model::friction::{ExpressionError, Law, PointError};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Arguments of the friction law: `--law` and the options of laws given as text or as data.
@@ -230,33 +230,16 @@ impl PointArguments {
         self.refuse_foreign(law)?;
         let values: Vec<f64> = axes.iter().filter_map(|name| value(name)).collect();
         let point = point_of(law, &values).map_err(|error| {
-            // A grid of one cell has no other errors.
-            let Some((name, value, wanted)) = error.illegal() else { unreachable!("{error}") };
+            let PointError::OutOfDomain { name, value, domain: wanted } = error else {
+                unreachable!("{error}")
+            };
             let problem = format!("{}{}: not a legal value", flag(name), exact(value));
             Failure::bad_input(problem, format!("{name} must be {wanted}"))
         })?;
         check_law(law, &point).map_err(Failure::BadInput)?;
         Ok(point)
     }
-}
 
-pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
-    let fastest = 2.0 * point.belt_speed;
-    match law.as_written() {
-        Law::Expression(law) => law
-            .check(point.epsilon, &point.law, fastest)
-            .map_err(|error| format!("--phi: {}\n  help: {}", point_into(&law.text(), &error), error.remedy)),
-        Law::Table(table) if table.fastest() < fastest => Err(format!(
-            "--V {}: the data of {} end at slip speed {}, below 2 V\n  help: choose a lower belt speed",
-            point.belt_speed,
-            table.origin(),
-            table.fastest()
-        )),
-        _ => Ok(()),
-    }
-}
-
-impl PointArguments {
     /// Refuses a parameter that does not belong to the law.
     pub(super) fn refuse_foreign(&self, law: &Law) -> Result<(), Failure> {
         let axes = Grid::axis_names(law);
@@ -268,6 +251,13 @@ impl PointArguments {
             }
         }
     }
+}
+
+/// Checks that the law is legal at the slip speeds of a point.
+pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
+    let flag = if let Law::Expression(_) = law.as_written() { "--phi: " } else { "" };
+    slipmap_config::check_law(law, point)
+        .map_err(|(problem, remedy)| format!("{flag}{problem}\n  help: {remedy}"))
 }
 
 impl Args for PointArguments {

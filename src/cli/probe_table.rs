@@ -9,12 +9,13 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::output::{exact, short};
+use super::point::check_law;
 use super::probe::Arguments;
 use super::replace;
 use super::report::{existing, unwritten};
 use super::run::tell_units;
 use super::threads::not_started;
-use super::{Ended, Failure, interrupt, point, probe_machine};
+use super::{Ended, Failure, interrupt, probe_machine};
 use slipmap_config::{MachineJob, PointTable};
 use slipmap_format::files::{folder_of, publish_file, temporary_in};
 use slipmap_map::assessment::StandardErrors;
@@ -186,7 +187,7 @@ fn oscillator(
     match about {
         About::Law(law) => {
             let point = table.point(row, law)?;
-            point::check_law(law, &point).map_err(at)?;
+            check_law(law, &point).map_err(at)?;
             Ok((law.clone(), point, None))
         }
         About::Machine(of, _) => {

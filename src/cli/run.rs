@@ -9,6 +9,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::complete::{self, Asked};
+use super::configuration::{Configuration, quoted};
 use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
 use super::report::existing;
@@ -34,12 +35,8 @@ until then: a run that was stopped, by whatever, goes on with --resume as if not
 With --shard K/N any number of processes, on any machines that share the folder, compute a map together:
 each its part of the tiles. Shards resume by themselves. `slipmap merge` makes the map when all are done.")]
 pub(super) struct Arguments {
-    /// The configuration
-    #[arg(value_name = "CONFIG.toml")]
-    config: PathBuf,
-    /// Replace one value of the configuration; may be repeated. The value is TOML; a bare word is text
-    #[arg(long = "set", value_name = "key.path=value")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    configuration: Configuration,
     /// Number of threads; default: one per core
     #[arg(long, value_name = "NUMBER", value_parser = threads::parse)]
     threads: Option<usize>,
@@ -71,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(limit) = arguments.time_limit.filter(|_| !arguments.dry_run) {
         interrupt::after(limit);
     }
-    let Some((job, map)) = prepare(arguments, Job::load(&arguments.config, &arguments.sets)?)? else {
+    let Some((job, map)) = prepare(arguments, arguments.configuration.load()?)? else {
         return Ok(Ended::Fine);
     };
     match arguments.shard {
@@ -206,15 +203,9 @@ fn compute_shard(
         "shard {shard} is finished: {} of {}\n  when all shards are: slipmap merge {}",
         number_of(of_shard, "tile"),
         count(all),
-        config_and_sets(&arguments.config, &arguments.sets)
+        arguments.configuration.words()
     ));
     Ok(Ended::Fine)
-}
-
-/// The configuration and its changes, as on a command line.
-pub(super) fn config_and_sets(config: &Path, sets: &[String]) -> String {
-    let sets = sets.iter().flat_map(|set| ["--set".to_owned(), quoted(set)]);
-    std::iter::once(quoted(&config.to_string_lossy())).chain(sets).collect::<Vec<_>>().join(" ")
 }
 
 /// Prints what units in the configuration are in SI.
@@ -339,13 +330,4 @@ pub(super) fn provenance(job: &Job) -> Provenance {
 fn command_line() -> Vec<String> {
     let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
     std::iter::once("slipmap".to_owned()).chain(arguments).collect()
-}
-
-/// A word of a command line, quoted for a shell where needed.
-fn quoted(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
-    match !text.is_empty() && text.chars().all(plain) {
-        true => text.to_owned(),
-        false => format!("'{}'", text.replace('\'', "'\\''")),
-    }
 }

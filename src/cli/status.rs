@@ -1,16 +1,15 @@
 //! `slipmap status`: tells how far the computation of a map is.
 
 use std::io::{self, Write as _};
-use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
 
+use super::configuration::Configuration;
 use super::merge::{how_to_compute, ranges};
 use super::output::{self, count, duration, number_of};
-use super::run::{config_and_sets, provenance, refused, report_loss};
+use super::run::{provenance, refused, report_loss};
 use super::{Ended, Failure};
-use slipmap_config::Job;
 use slipmap_format::Journals;
 use slipmap_map::map::Verdict;
 
@@ -23,19 +22,15 @@ Examples:
 
 Reads the journals beside the output, while processes write to them, and changes nothing.")]
 pub(super) struct Arguments {
-    /// The configuration
-    #[arg(value_name = "CONFIG.toml")]
-    config: PathBuf,
-    /// Replace one value of the configuration, as for the run; may be repeated
-    #[arg(long = "set", value_name = "key.path=value")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    configuration: Configuration,
     /// Print the state as JSON
     #[arg(long)]
     json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    let job = Job::load(&arguments.config, &arguments.sets)?;
+    let job = arguments.configuration.load()?;
     let found = Journals::beside(&job.output, &job.plan, &provenance(&job), None).map_err(refused)?;
     let name = job.output.to_string_lossy();
     let Some(found) = found else {
@@ -82,7 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(seconds) = seconds_left.filter(|_| left > 0) {
         writeln!(out, "left: {}, about {} of one core", number_of(left, "tile"), duration(seconds))?;
     }
-    let config = config_and_sets(&arguments.config, &arguments.sets);
+    let config = arguments.configuration.words();
     match left {
         0 => writeln!(out, "to make the map: slipmap merge {config}")?,
         _ => writeln!(out, "to continue: {}", how_to_compute(&found, &config))?,

@@ -6,11 +6,11 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 
+use super::configuration::Configuration;
 use super::plot::{TWO, width};
 use super::replace;
 use super::report::{existing, failure};
 use super::{Ended, Failure, interrupt, progress, say};
-use slipmap_config::Job;
 use slipmap_report::figure::Width;
 use slipmap_report::work_precision::{add_peers, write_study};
 use slipmap_study::benchmark::{Study, contestants};
@@ -28,12 +28,8 @@ chart as .svg, .pdf and .png, and cells.csv, on which `scripts/study peers --cel
 measures other people's integrators. Run this command again afterwards, and they are in the chart: of the files
 results/peers-*.csv the newest about the same cells, or else the newest.")]
 pub(super) struct Arguments {
-    /// The configuration
-    #[arg(value_name = "CONFIG.toml")]
-    config: PathBuf,
-    /// Replace a value of the configuration; may be repeated
-    #[arg(long, value_name = "KEY.PATH=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    configuration: Configuration,
     /// The folder to write; default: results/ and the name of the configuration
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -49,16 +45,16 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    let job = Job::load(&arguments.config, &arguments.set)?;
+    let job = arguments.configuration.load()?;
     super::summary::refuse_machine(&job)?;
     let folder = arguments.out.clone().unwrap_or_else(|| {
-        let name = arguments.config.file_stem().unwrap_or_default();
+        let name = arguments.configuration.config.file_stem().unwrap_or_default();
         Path::new("results").join(name)
     });
     replace::check("--out", &folder, None, arguments.overwrite)?;
     let who = contestants();
     let bar = progress::bar(arguments.quiet, Some(who.len() as u64), "settings");
-    let on_row = |done: usize, _: &str| bar.set_position(done as u64);
+    let on_row = |done: usize| bar.set_position(done as u64);
     let stop = interrupt::flag();
     let go_on = || !stop.load(Ordering::Relaxed);
     let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on)

@@ -84,7 +84,7 @@ static STUDY: LazyLock<Study> = LazyLock::new(|| {
     let fast =
         |one: &Contestant| one.kind != Kind::Naive || (one.name == "event_step" && one.setting == 1e-3);
     let who: Vec<Contestant> = contestants().into_iter().filter(fast).collect();
-    Study::run(&grid, settings, &who, &|_, _| (), &|| true).unwrap()
+    Study::run(&grid, settings, &who, &|_| (), &|| true).unwrap()
 });
 
 fn row(name: &str, setting: Option<f64>) -> &'static Row {

@@ -305,7 +305,7 @@ fn bad_requests_are_refused_in_words() {
         ("/x/to", json!(2e-323), "too close"),
         ("/x/axis", json!("c"), "same axis"),
         ("/x/axis", json!("nothing"), "no axis nothing"),
-        ("/at/V", json!(0.0), "V has the value 0"),
+        ("/at/V", json!(0.0), "V is 0.0"),
         ("/at/V", json!("NaN"), "cannot be read"),
         ("/at/V", Value::Null, "cannot be read"),
         ("/show", json!("verdict_nothing"), "verdict_nothing"),

@@ -1,35 +1,28 @@
-//! A fitted law in `[friction]`: the values of the names in its formula, with their covariance, become quantities of
-//! `[machine]` whose errors are correlated.
+//! A fitted law in `[friction]`: the values of the names in its formula, with their covariance, are quantities of a
+//! machine whose errors are correlated.
 
-use toml_edit::{Array, InlineTable, Item, Table, TableLike, Value};
+use toml_edit::{Item, TableLike, Value};
 
-use super::source::{ConfigError, Node, Section, Shape};
-use slipmap_map::risk::MOST_JOINT;
+use super::source::{ConfigError, Section, Shape};
+use slipmap_map::risk::{MOST_JOINT, Spread};
 use slipmap_model::friction::Law;
 
 /// Key of the fit in `[friction]`, and of the covariance in it.
 pub(super) const KEY: &str = "fit";
 const COVARIANCE: &str = "covariance";
-/// Key of a quantity of `[machine]`: its row in the Cholesky factor of the covariance.
-pub(super) const JOINT: &str = "joint";
 
-/// Writes the values of a fit into `[machine]`, except for those that are there. A fit that is no fit is left to
+/// The values of a fit, by their names, with their errors; none where there is no fit. One that is no fit is left to
 /// [`check`].
-pub(super) fn insert(document: &mut Table) {
-    let found = document.get("friction").and_then(|friction| friction.as_table_like()?.get(KEY));
-    let found = found.and_then(Item::as_table_like).and_then(read);
-    let machine = document.get_mut("machine").and_then(Item::as_table_like_mut);
-    let (Some((names, values, factor)), Some(machine)) = (found, machine) else { return };
-    for ((name, value), row) in names.iter().zip(values).zip(factor) {
-        if machine.contains_key(name) {
-            continue;
-        }
-        let entry: InlineTable =
-            [("value", Value::from(value)), (JOINT, Value::from(row.into_iter().collect::<Array>()))]
-                .into_iter()
-                .collect();
-        machine.insert(name, Item::Value(entry.into()));
-    }
+pub(super) fn values(friction: &Section) -> Vec<(String, f64, Spread)> {
+    let found = friction.get(KEY).and_then(|node| read(node.entries()?));
+    let (names, values, factor) = found.unwrap_or_default();
+    let spread = |of_value: Vec<f64>| {
+        let mut row = [0.0; MOST_JOINT];
+        row[..of_value.len()].copy_from_slice(&of_value);
+        Spread::Joint { row }
+    };
+    let of = |((name, value), row)| (name, value, spread(row));
+    names.into_iter().zip(values).zip(factor).map(of).collect()
 }
 
 type Fit = (Vec<String>, Vec<f64>, Vec<Vec<f64>>);
@@ -46,7 +39,7 @@ fn read(fit: &dyn TableLike) -> Option<Fit> {
 }
 
 /// The Cholesky factor of a covariance; `None` if it is none.
-pub(super) fn factor(covariance: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+fn factor(covariance: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let n = covariance.len();
     let is_symmetric =
         |i: usize, j: usize| (covariance[i][j] - covariance[j][i]).abs() <= 1e-9 * covariance[i][j].abs();
@@ -88,8 +81,10 @@ pub(super) fn check(friction: &Section, law: &Law) -> Result<(), ConfigError> {
         return Err(fit.missing(COVARIANCE, "take it as `slipmap fit` writes it".into()));
     };
     for key in fit.keys().iter().filter(|key| *key != COVARIANCE) {
-        if let Some(node) = fit.get(key) {
-            node.number()?;
+        if let Some(node) = fit.get(key)
+            && !node.number()?.is_finite()
+        {
+            return Err(node.error("a fitted value must be finite", "take it as `slipmap fit` writes it"));
         }
     }
     let count = fit.keys().len() - 1;
@@ -102,18 +97,4 @@ pub(super) fn check(friction: &Section, law: &Law) -> Result<(), ConfigError> {
             Err(covariance.error(&problem, remedy))
         }
     }
-}
-
-/// The row of a quantity in the Cholesky factor.
-pub(super) fn row(node: &Node) -> Result<[f64; MOST_JOINT], ConfigError> {
-    let wrong = || node.error("this is no row of a covariance", "leave it to the key fit of [friction]");
-    let Shape::List(parts) = node.shape() else { return Err(wrong()) };
-    let mut row = [0.0; MOST_JOINT];
-    if parts.len() > MOST_JOINT {
-        return Err(wrong());
-    }
-    for (place, part) in row.iter_mut().zip(parts) {
-        *place = part.number()?;
-    }
-    Ok(row)
 }

@@ -23,8 +23,7 @@ pub use law::point_into;
 
 pub use machine::{MachineJob, check_names, load_machine};
 pub use measured::{Fits, Fitted, FittedLaw, Level, Measured, OfMachine, Reading, law_of, words_of};
-pub use points::PointTable;
-pub use points::point_of;
+pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;
 pub use source::decimal_comma;
 use source::{Node, Section, Source};
@@ -325,10 +324,6 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
         _ => node.error(problem, remedy),
     };
     match error {
-        GridError::NotFinite { axis, value } => {
-            let at = find(axis, &|values, i| same(values[i], *value));
-            report(at, &format!("{axis} must be finite"), "write a number")
-        }
         GridError::OutOfDomain { axis, value, domain } => {
             let at = find(axis, &|values, i| same(values[i], *value));
             let remedy = format!("choose values of {axis} that are {domain}");

@@ -132,8 +132,13 @@ fn is_given(section: &Section, name: &str) -> bool {
     section.get(name).is_some() || name == MASS && section.get(INERTIA).is_some()
 }
 
-/// Refuses a machine that lacks keys, naming all of them at once.
-fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), ConfigError> {
+/// Refuses a machine that lacks keys, naming all of them at once; those that `is_fitted` may be left out.
+fn check_complete(
+    section: &Section,
+    law: &Law,
+    forces: bool,
+    is_fitted: impl Fn(&str) -> bool,
+) -> Result<(), ConfigError> {
     let optional = |key: &str| match key {
         "motion" | "strengthening" => true,
         NORMAL_FORCE => forces,
@@ -141,7 +146,7 @@ fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), Conf
         _ => false,
     };
     let keys = keys(law, |name| is_given(section, name)).into_iter();
-    let missing = keys.filter(|key| !optional(key) && section.get(key).is_none());
+    let missing = keys.filter(|key| !optional(key) && !is_fitted(key) && section.get(key).is_none());
     let missing: Vec<&str> = missing.collect();
     let Some((first, others)) = missing.split_first() else { return Ok(()) };
     let also = match others {
@@ -154,14 +159,11 @@ fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), Conf
 }
 
 /// Reads an uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and
-/// its spread; `None` for anything else. What a fit gives is { value = 2.0, joint = [..] }.
+/// its spread; `None` for anything else.
 fn uncertain(node: &Node, read: axis::Number) -> Result<Option<(f64, Spread)>, ConfigError> {
     let Shape::Table(table) = node.shape() else { return Ok(None) };
     let keys = table.keys();
     let has = |key: &str| keys.iter().any(|other| other == key);
-    if let (Some(value), Some(row)) = (table.get("value"), table.get(fitted::JOINT)) {
-        return Ok(Some((value.number()?, Spread::Joint { row: fitted::row(&row)? })));
-    }
     if !["value", "sd", "min", "max"].into_iter().any(has) || axis::RANGE_KEYS.into_iter().any(has) {
         return Ok(None);
     }
@@ -266,7 +268,9 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     if let (Law::Expression(formula), Some(phi)) = (law.as_written(), friction.get("phi")) {
         check_names(formula).map_err(|error| at_formula(&phi, &error))?;
     }
-    check_complete(section, law, forces)?;
+    let fitted = fitted::values(friction);
+    let of_fit = |name: &str| fitted.iter().find(|(known, ..)| known == name);
+    check_complete(section, law, forces, |name| of_fit(name).is_some())?;
     if let Some(node) = section.get(NORMAL_FORCE).filter(|_| forces) {
         if matches!(law.as_written(), Law::Expression(_)) {
             return Err(node.error("the formula is a force already", "leave normal_force out"));
@@ -290,8 +294,13 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let mut values = Vec::new();
     for name in names {
         let key = if name == MASS { mass } else { name };
-        if let Some(node) = section.get(key) {
-            values.push((name, reader.number_that(&node, key, name)?));
+        match (section.get(key), of_fit(name)) {
+            (Some(node), _) => values.push((name, reader.number_that(&node, key, name)?)),
+            (None, Some(&(_, value, spread))) => {
+                values.push((name, value));
+                reader.uncertain.push((name, spread));
+            }
+            (None, None) => {}
         }
     }
     let Reader { varied, uncertain, units, conversions, .. } = reader;

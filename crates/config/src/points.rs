@@ -9,12 +9,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder};
 
+use super::law::point_into;
 use super::nearest;
 use super::source::{ConfigError, decimal_comma};
 use super::units::{Match, bracketed, compare, conversion, converted, has_unit};
 use slipmap_map::machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
-use slipmap_map::map::{Grid, GridError};
-use slipmap_model::friction::Law;
+use slipmap_map::map::Grid;
+use slipmap_model::friction::{Law, PointError};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Number of rows handed out at a time: keeps all cores busy and fits into memory.
@@ -247,8 +248,9 @@ impl PointTable {
             .filter_map(|name| of_row(name).or_else(|| of_all(name)))
             .collect();
         point_of(law, &values).map_err(|error| {
-            // A grid of one cell has no other errors.
-            let Some((name, value, wanted)) = error.illegal() else { unreachable!("{error}") };
+            let PointError::OutOfDomain { name, value, domain: wanted } = error else {
+                unreachable!("{error}")
+            };
             match of_all(name) {
                 None => self.illegal(row, name, &format!("is out of range: {name} must be {wanted}")),
                 Some(_) => {
@@ -296,10 +298,35 @@ impl PointTable {
 ///
 /// # Errors
 /// The first value that is not legal on its axis.
-pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, GridError> {
-    // A point is legal exactly when the grid of this one cell is.
-    let grid = Grid::new(law.clone(), values.iter().map(|&value| vec![value]).collect())?;
-    Ok(grid.point(&vec![0; values.len()]))
+pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, PointError> {
+    match values {
+        &[epsilon, ref own @ .., belt_speed, damping] => law.point(epsilon, own, belt_speed, damping),
+        _ => Err(PointError::ParameterCount { law: law.name(), wanted: law.parameters().len(), given: 0 }),
+    }
+}
+
+/// Checks that a law is legal at a point for the slip speeds that every orbit and every test uses.
+///
+/// # Errors
+/// What is wrong with it, and a remedy.
+pub fn check_law(law: &Law, point: &Point) -> Result<(), (String, String)> {
+    let fastest = 2.0 * point.belt_speed;
+    let (end, remedy) = match law.as_written() {
+        Law::Expression(law) => {
+            let checked = law.check(point.epsilon, &point.law, fastest);
+            return checked.map_err(|error| (point_into(&law.text(), &error), error.remedy));
+        }
+        Law::Table(table) if table.fastest() < fastest => (
+            format!("the data of {} end at slip speed {}", table.origin(), table.fastest()),
+            "choose a lower belt speed",
+        ),
+        Law::Function(function) if function.fastest() < fastest => (
+            format!("{} was sampled up to slip speed {}", function.origin(), function.fastest()),
+            "choose a lower belt speed, or sample farther",
+        ),
+        _ => return Ok(()),
+    };
+    Err((format!("V = {}: {end}, below 2 V", point.belt_speed), remedy.into()))
 }
 
 /// The remedy for a table with semicolons or decimal commas, as spreadsheets of some countries write them.

@@ -64,7 +64,6 @@ impl Source {
         for argument in sets {
             source.set(argument)?;
         }
-        super::fitted::insert(source.effective.as_table_mut());
         Ok(source)
     }
 

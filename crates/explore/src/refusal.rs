@@ -6,7 +6,7 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 
 use slipmap_map::map::{GridError, PlanError};
-use slipmap_model::friction::ExpressionError;
+use slipmap_model::friction::{ExpressionError, PointError};
 use slipmap_numbers::text::with_short_quotes;
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -73,6 +73,12 @@ impl Refusal {
 impl From<ExpressionError> for Refusal {
     fn from(error: ExpressionError) -> Self {
         Self { place: Some([error.from, error.to]), ..Self::bad_input(error.problem, error.remedy) }
+    }
+}
+
+impl From<PointError> for Refusal {
+    fn from(error: PointError) -> Self {
+        Self::bad_input(error.to_string(), "choose other values")
     }
 }
 

@@ -23,7 +23,7 @@ use slipmap_map::map::{Grid, Method, Verdict, unravel};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
-use slipmap_numbers::named;
+use slipmap_numbers::{named, named_sums};
 use slipmap_simulate::{Fate, critical_damping, flow, sticks_from};
 
 named! {
@@ -108,19 +108,21 @@ impl MethodFailures {
     }
 }
 
-/// Numbers of cells by their true answer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Truth {
-    /// A stick-slip cycle exists.
-    pub present: u64,
-    /// The orbit from the exit point spirals inward.
-    pub inward: u64,
-    /// The orbit from the exit point crosses the belt line for ever.
-    pub crossing: u64,
-    /// An engine's margin is within its error.
-    pub too_close: u64,
-    /// An engine gives no answer, or the two engines contradict each other.
-    pub open: u64,
+named_sums! {
+    /// Numbers of cells by their true answer.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct Truth of u64 {
+        /// A stick-slip cycle exists.
+        pub present,
+        /// The orbit from the exit point spirals inward.
+        pub inward,
+        /// The orbit from the exit point crosses the belt line for ever.
+        pub crossing,
+        /// An engine's margin is within its error.
+        pub too_close,
+        /// An engine gives no answer, or the two engines contradict each other.
+        pub open,
+    }
 }
 
 /// The catalogue of failures over a set of points.
@@ -159,8 +161,6 @@ struct Finding {
 /// The result at one point.
 struct Examined {
     truth: Truth,
-    /// Whether the methods were compared at this point.
-    compared: bool,
     findings: Vec<Finding>,
     /// Distance in c to the nearest change, and its error.
     distance_c: [f64; 2],
@@ -198,19 +198,13 @@ pub fn catalogue(points: &[Point], comparison: &Comparison) -> Result<Catalogue,
         .map(|&method| MethodFailures { method, cells: 0, classes: Vec::new() })
         .collect();
     for (point, examined) in points.iter().zip(&examined) {
-        truth.present += examined.truth.present;
-        truth.inward += examined.truth.inward;
-        truth.crossing += examined.truth.crossing;
-        truth.too_close += examined.truth.too_close;
-        truth.open += examined.truth.open;
-        for method in &mut methods {
-            method.cells += u64::from(examined.compared);
-        }
+        truth.add(&examined.truth);
         for finding in &examined.findings {
             methods[finding.method].add(point, examined, finding);
         }
     }
     for method in &mut methods {
+        method.cells = truth.present + truth.inward + truth.crossing;
         method.classes.sort_by_key(|class| (class.kind, std::cmp::Reverse(class.cells)));
     }
     Ok(Catalogue { truth, methods })
@@ -252,7 +246,6 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
     let tolerance = comparison.tolerance;
     let mut examined = Examined {
         truth: Truth::default(),
-        compared: false,
         findings: Vec::new(),
         distance_c: [f64::NAN; 2],
         distance_epsilon: f64::NAN,
@@ -268,7 +261,6 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
         examined.truth.open = 1;
         return examined;
     }
-    examined.compared = true;
     match first {
         Fate::Sticks(_) => examined.truth.present = 1,
         Fate::SpiralsInward => examined.truth.inward = 1,

@@ -52,15 +52,18 @@ named_sums! {
     }
 }
 
-/// Numbers of values of fields that could not be computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Unknown {
-    /// Cells without a regime.
-    pub regimes: u64,
-    /// Columns without a critical damping because an engine gave no answer in its search.
-    pub critical: u64,
-    /// Columns whose critical damping is withheld because its error is more than 1 % of it.
-    pub inaccurate: u64,
+named_sums! {
+    /// Numbers of values of fields that could not be computed.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[derive(serde::Serialize, serde::Deserialize)]
+    pub struct Unknown of u64 {
+        /// Cells without a regime.
+        pub regimes,
+        /// Columns without a critical damping because an engine gave no answer in its search.
+        pub critical,
+        /// Columns whose critical damping is withheld because its error is more than 1 % of it.
+        pub inaccurate,
+    }
 }
 
 impl MethodAccount {
@@ -125,9 +128,7 @@ impl Account {
         self.rhs += other.rhs;
         self.audit.add(other.audit);
         self.contradictions.add(other.contradictions);
-        self.unknown.regimes += other.unknown.regimes;
-        self.unknown.critical += other.unknown.critical;
-        self.unknown.inaccurate += other.unknown.inaccurate;
+        self.unknown.add(&other.unknown);
         let from = [self.left_out_from, other.left_out_from].into_iter().flatten();
         self.left_out_from = from.reduce(f64::min);
         self.stages.add(&other.stages);

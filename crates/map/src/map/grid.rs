@@ -153,14 +153,6 @@ pub enum GridError {
         /// Name of the axis.
         axis: String,
     },
-    /// A node is NaN or infinite.
-    #[error("axis {axis} has the value {value}; values must be finite")]
-    NotFinite {
-        /// Name of the axis.
-        axis: String,
-        /// The value.
-        value: f64,
-    },
     /// Nodes are not strictly increasing.
     #[error("axis {axis} must increase strictly, but {next} follows {previous}")]
     NotIncreasing {
@@ -171,7 +163,7 @@ pub enum GridError {
         /// The value after it.
         next: f64,
     },
-    /// A node is outside the parameter's legal domain.
+    /// A node is NaN or infinite, or outside the parameter's legal domain.
     #[error("axis {axis} has the value {value}; it must be {domain}")]
     OutOfDomain {
         /// Name of the axis.
@@ -195,18 +187,6 @@ pub enum GridError {
     /// The number of cells overflows.
     #[error("the grid has more cells than can be counted")]
     TooLarge,
-}
-
-impl GridError {
-    /// For a value that is not legal: its axis, the value, and the condition that it violates; `None` for
-    /// other errors.
-    pub fn illegal(&self) -> Option<(&str, f64, &str)> {
-        match self {
-            GridError::OutOfDomain { axis, value, domain } => Some((axis, *value, domain)),
-            GridError::NotFinite { axis, value } => Some((axis, *value, "finite")),
-            _ => None,
-        }
-    }
 }
 
 /// The axes of a law with their roles, in the order of a map's dimensions.
@@ -252,27 +232,6 @@ impl Grid {
         axes_of(law).map(|(role, parameter)| (parameter.name, role.of(point))).collect()
     }
 
-    /// Checks one value of one axis against its legal domain.
-    ///
-    /// # Errors
-    /// [`GridError::NotFinite`] or [`GridError::OutOfDomain`].
-    pub fn check_value(law: &Law, role: AxisRole, axis: &str, value: f64) -> Result<(), GridError> {
-        if !value.is_finite() {
-            return Err(GridError::NotFinite { axis: axis.into(), value });
-        }
-        let parameter = match role {
-            AxisRole::Epsilon => &EPSILON,
-            AxisRole::BeltSpeed => &BELT_SPEED,
-            AxisRole::Damping => &DAMPING,
-            AxisRole::Law(i) => &law.parameters()[i],
-            AxisRole::Quantity => return Ok(()),
-        };
-        if parameter.admits(value) {
-            return Ok(());
-        }
-        Err(GridError::OutOfDomain { axis: axis.into(), value, domain: parameter.domain() })
-    }
-
     /// Builds the grid from the nodes of each axis, in the order of [`Grid::axis_names`].
     ///
     /// # Errors
@@ -283,8 +242,9 @@ impl Grid {
             return Err(GridError::AxisCount { law: law.name(), wanted, given });
         }
         let mut axes = Vec::with_capacity(nodes.len());
-        for ((role, &Parameter { name, long_name, .. }), values) in axes_of(&law).zip(nodes) {
-            check_nodes(name, &values, |value| Self::check_value(&law, role, name, value))?;
+        for ((role, parameter), values) in axes_of(&law).zip(nodes) {
+            let &Parameter { name, long_name, .. } = parameter;
+            check_nodes(name, &values, |value| (!parameter.admits(value)).then(|| parameter.domain()))?;
             axes.push(Axis {
                 name: name.into(),
                 long_name: long_name.into(),
@@ -324,14 +284,10 @@ impl Grid {
                 None => vec![value],
             };
             let is_of_formula = matches!(law.as_written(), Law::Expression(_)) && is_named(name);
-            let check = |value: f64| match (value.is_finite(), requirement(name, value)) {
-                (false, _) => Err(GridError::NotFinite { axis: name.into(), value }),
-                (true, (legal, wanted)) if !(legal || is_of_formula) => {
-                    Err(GridError::OutOfDomain { axis: name.into(), value, domain: wanted.into() })
-                }
-                _ => Ok(()),
-            };
-            check_nodes(name, &values, check)?;
+            check_nodes(name, &values, |value| {
+                let (legal, wanted) = requirement(name, value);
+                (!(legal || is_of_formula)).then(|| wanted.into())
+            })?;
             first.set(name, values[0]);
             let (long_name, unit) = (machine.words(name), machine.unit(name));
             axes.push(Axis { name: name.into(), long_name, unit, shown: None, role, values });
@@ -601,16 +557,17 @@ impl Grid {
     }
 }
 
-/// Refuses nodes that are not finite, strictly increasing and as `check` wants them.
-fn check_nodes(
-    name: &str,
-    values: &[f64],
-    check: impl Fn(f64) -> Result<(), GridError>,
-) -> Result<(), GridError> {
+/// Refuses nodes that are not finite and strictly increasing, and those of which `wanted` tells what they must be.
+fn check_nodes(name: &str, values: &[f64], wanted: impl Fn(f64) -> Option<String>) -> Result<(), GridError> {
     if values.is_empty() {
         return Err(GridError::Empty { axis: name.into() });
     }
-    values.iter().try_for_each(|&value| check(value))?;
+    for &value in values {
+        let domain = if value.is_finite() { wanted(value) } else { Some("finite".into()) };
+        if let Some(domain) = domain {
+            return Err(GridError::OutOfDomain { axis: name.into(), value, domain });
+        }
+    }
     match values.windows(2).find(|pair| pair[0] >= pair[1]) {
         Some(pair) => Err(GridError::NotIncreasing { axis: name.into(), previous: pair[0], next: pair[1] }),
         None => Ok(()),

@@ -26,7 +26,8 @@ impl Parameter {
         if self.admits(value) {
             return Ok(());
         }
-        Err(PointError::OutOfDomain { name: self.name, value, domain: self.domain() })
+        let domain = if value.is_finite() { self.domain() } else { "finite".into() };
+        Err(PointError::OutOfDomain { name: self.name, value, domain })
     }
 
     /// The legal values in words, for messages that end with "it must be ...".
@@ -135,10 +136,10 @@ mod tests {
             Law::Stribeck.point(epsilon, law, belt_speed, damping).unwrap_err().to_string()
         };
         let law = [0.4, 0.2, 2.0];
-        assert_eq!(refused(f64::NAN, &law, 1.0, 0.0), "epsilon is NaN; it must be greater than 0");
+        assert_eq!(refused(f64::NAN, &law, 1.0, 0.0), "epsilon is NaN; it must be finite");
         assert_eq!(refused(0.1, &[3.0, 0.2, 2.0], 1.0, 0.0), "alpha is 3.0; it must be between 0 and 1");
         assert_eq!(refused(0.1, &law, 0.0, 0.0), "V is 0.0; it must be greater than 0");
-        assert_eq!(refused(0.1, &law, f64::INFINITY, 0.0), "V is inf; it must be greater than 0");
+        assert_eq!(refused(0.1, &law, f64::INFINITY, 0.0), "V is inf; it must be finite");
         assert_eq!(refused(0.1, &law, 1.0, -1.0), "c is -1.0; it must be at least 0");
         assert_eq!(
             refused(0.1, &[0.4], 1.0, 0.0),

@@ -42,8 +42,7 @@ pub struct Study {
 const NO_ERROR: f64 = 1e-18;
 
 impl Study {
-    /// Draws the cells and measures `contestants` on them. `on_row` is called before each with its number and
-    /// name.
+    /// Draws the cells and measures `contestants` on them. `on_row` is called before each with its number.
     ///
     /// # Errors
     /// [`StudyError`].
@@ -51,7 +50,7 @@ impl Study {
         grid: &Grid,
         settings: StudySettings,
         contestants: &[Contestant],
-        on_row: &dyn Fn(usize, &str),
+        on_row: &dyn Fn(usize),
         go_on: &dyn Fn() -> bool,
     ) -> Result<Self, StudyError> {
         let cells = cells::draw(grid, settings.cells, settings.near);
@@ -63,7 +62,7 @@ impl Study {
             if !go_on() {
                 return Err(StudyError::Interrupted);
             }
-            on_row(number, contestant.name);
+            on_row(number);
             rows.push(measure(contestant, &cells, settings.seconds));
         }
         let mut study = Self { settings, grid: grid.clone(), cells, rows, peers: None };
