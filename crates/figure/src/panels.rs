@@ -210,10 +210,15 @@ impl Panels {
         self.bottom += down;
     }
 
+    /// What is labelled of a panel that shares its axes with the others: on the left and at the bottom only.
+    pub fn labels(&self, number: usize) -> Labels {
+        Labels { x: number + self.columns >= self.panels.len(), y: number.is_multiple_of(self.columns) }
+    }
+
     /// Draws the axes: names and numbers on the left and at the bottom only.
     pub fn axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich) {
         for (i, panel) in self.panels.iter().enumerate() {
-            let labels = Labels { x: i + self.columns >= self.panels.len(), y: i % self.columns == 0 };
+            let labels = self.labels(i);
             panel.axes(scene, labels);
             if labels.x {
                 panel.x_name(scene, x_name);

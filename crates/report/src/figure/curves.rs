@@ -1,11 +1,8 @@
-//! Critical dampings along one parameter, and how curves are drawn.
+//! Critical dampings along one parameter.
 
 use std::cell::Cell;
 
 use slipmap_figure::axis::Scale;
-use slipmap_figure::panels::Panel;
-use slipmap_figure::scene::{Place, Scene};
-use slipmap_figure::style::LineStyle;
 use slipmap_format::MapFile;
 use slipmap_map::map::Method;
 use slipmap_model::filippov::HopfRate;
@@ -15,8 +12,6 @@ use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 const POINTS: usize = 160;
 /// Number of steps of a coarse curve, which finds the part of a scale that is drawn.
 pub(super) const FEW_POINTS: usize = 24;
-/// Number of marks on a curve.
-const MARKS: usize = 6;
 /// Accuracy of critical dampings in figures, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
 /// Budget of the curves of a figure: evaluations of the right-hand side of the Stribeck law, a hundred times
@@ -145,17 +140,4 @@ pub(super) fn by_method(
     curves.iter_mut().for_each(|(_, curve)| curve.resize(values, f64::NAN));
     errors.resize(values, f64::NAN);
     (curves, errors)
-}
-
-/// Draws the curve of a method with its marks. Curves with different `turn` have their marks at different
-/// places.
-pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style: &LineStyle, turn: usize) {
-    let places: Vec<Place> = x.iter().zip(y).map(|(&x, &y)| panel.place(x, y)).collect();
-    scene.clipped(panel.rect, |scene| scene.line(&places, &style.stroke));
-    let step = places.len() / MARKS;
-    for place in places.iter().skip(step * (turn % 7) / 7 + step / 8).step_by(step.max(1)) {
-        if panel.rect.contains(*place) {
-            scene.marker(style.marker, *place, 4.2, style.stroke.color, false);
-        }
-    }
 }

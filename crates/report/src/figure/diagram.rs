@@ -262,13 +262,11 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
             });
         }
     }
-    let chart = Chart {
-        name: amplitude.text(),
-        title: Rich::default(),
-        factor: amplitude.factor,
-        drawn_at_zero: true,
-        curves,
-    };
+    // The equilibrium must not lie on the frame.
+    let most = lines::extent(&curves, |point| point.1).1.max(0.0);
+    let ends = Some((-0.05 * most, 1.05 * most));
+    let chart =
+        Chart { name: amplitude.text(), title: Rich::default(), factor: amplitude.factor, ends, curves };
     let at = view.held(&index, &[x]);
     let scene = lines::draw(&at, scale.in_unit(label.factor), &label.text(), &[chart], plot.width);
     let caption = rich(
