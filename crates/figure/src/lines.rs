@@ -29,8 +29,8 @@ pub struct Chart {
     pub title: Rich,
     /// Factor by which the numbers of the curves are multiplied where they are written.
     pub factor: f64,
-    /// The ends of the vertical axis; by default those of the curves, and 0 if it is near.
-    pub ends: Option<(f64, f64)>,
+    /// The vertical axis; by default that of all numbers of the curves, and of 0 if it is near.
+    pub y: Option<Scale>,
     pub curves: Vec<Curve>,
 }
 
@@ -43,23 +43,22 @@ impl Chart {
     fn scale(&self) -> Scale {
         let (low, high) = extent(&self.curves, |point| point.1);
         let span = high - low;
-        let (from, to) = match self.ends {
-            Some(ends) => ends,
-            None if low > high => (0.0, 1.0),
-            None if low == high => (low, high),
-            None if low >= 0.0 && low < span => (0.0, high + 0.05 * span),
-            None => (low - 0.05 * span, high + 0.05 * span),
+        let fitting = || match span > 0.0 {
+            _ if low > high => Scale::linear(0.0, 1.0),
+            true if low >= 0.0 && low < span => Scale::linear(0.0, high + 0.05 * span),
+            true => Scale::linear(low - 0.05 * span, high + 0.05 * span),
+            false => Scale::linear(low, high),
         };
-        Scale::linear(from, to).in_unit(self.factor)
+        self.y.unwrap_or_else(fitting).in_unit(self.factor)
     }
 }
 
 /// Draws charts over a common horizontal axis, with one legend: one below the other, or in two columns if they share their
 /// vertical axis too and the figure is wide.
 pub fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Width) -> Scene {
-    let vertical = |chart: &Chart| (chart.name.clone(), chart.ends);
+    let vertical = |chart: &Chart| (chart.name.clone(), chart.y);
     let share =
-        charts.len() > 1 && charts.iter().all(|it| it.ends.is_some() && vertical(it) == vertical(&charts[0]));
+        charts.len() > 1 && charts.iter().all(|it| it.y.is_some() && vertical(it) == vertical(&charts[0]));
     let (columns, aspect) = match (width, charts.len()) {
         (Width::OneColumn, 1) => (1, 0.72),
         (Width::OneColumn, _) => (1, 0.6),

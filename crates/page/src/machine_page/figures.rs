@@ -11,7 +11,7 @@ use slipmap_figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_ma
 use slipmap_figure::region::outlines;
 use slipmap_figure::scene::{Fill, Marker, Rect, Scene, Stroke};
 use slipmap_figure::style;
-use slipmap_figure::text::{Rich, rich};
+use slipmap_figure::text::{Rich, capital, rich};
 use slipmap_map::assessment::{Assessment, Statement};
 use slipmap_map::machine::{Dimension, Friction, Model};
 use slipmap_map::map::{
@@ -313,8 +313,7 @@ pub(super) fn friction(all: &Assessment, written: &Written, height: f64) -> Scen
     let errors = if with_errors { " ± standard error" } else { "" };
     let unit = if machine.normal_force_is_known { "" } else { machine.motion.unit(Dimension::Force) };
     let unit = if unit.is_empty() { String::new() } else { format!(", {unit}") };
-    let name = machine.words_of_friction();
-    let name = name[..1].to_uppercase() + &name[1..];
+    let name = capital(machine.words_of_friction());
     let speed = machine.motion.words(BELT_SPEED);
     curve_panel.title(&mut scene, &Rich::foreign(&format!("{name}{unit}{errors}; dashed: the {speed}")));
     let mut lowest = curve_panel;

@@ -71,7 +71,7 @@ pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
             Some(_) => Rich::default(),
         },
         factor: y_label.factor,
-        ends: Some((0.0, 1.04 * most)),
+        y: Some(Scale::linear(0.0, 1.04 * most)),
         curves: methods.iter().map(curve).collect(),
     };
     let charts: Vec<Chart> = panels.iter().zip(&epsilons).map(chart).collect();

@@ -457,7 +457,7 @@ impl Context<'_> {
                     name: if several { of_all } else { label.text() },
                     title: self.titles[line.panel].clone(),
                     factor: label.factor,
-                    ends: None,
+                    y: None,
                     curves: Vec::new(),
                 };
                 charts.push((key, chart));
