@@ -12,6 +12,10 @@ pub struct Panel {
     pub y: Scale,
 }
 
+/// Largest distance of a place from its panel, in sides of it: rasterisers and dashes take time and memory in proportion
+/// to lengths, and coordinates have single precision.
+const BEYOND: f64 = 100.0;
+
 /// The parts of a panel's axes that are labelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Labels {
@@ -22,10 +26,11 @@ pub struct Labels {
 }
 
 impl Panel {
-    /// The position of a pair of numbers on the page.
+    /// The position of a pair of numbers on the page, or far beyond the panel on the same side.
     pub fn place(&self, x: f64, y: f64) -> Place {
         let Rect { x: left, y: top, w, h } = self.rect;
-        (left + w * self.x.unit(x), top + h * (1.0 - self.y.unit(y)))
+        let near = |unit: f64| if unit.is_finite() { unit.clamp(-BEYOND, BEYOND) } else { unit };
+        (left + w * near(self.x.unit(x)), top + h * (1.0 - near(self.y.unit(y))))
     }
 
     /// Draws frame, ticks and numbers.
