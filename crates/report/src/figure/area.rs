@@ -227,9 +227,11 @@ fn draw_cells(
     }
 }
 
-/// The lines over the cells of a panel with the names of those that the legend has: the exact boundary, and the method's own
-/// critical damping.
-fn boundaries(area: &Area, panel: &Panel) -> [(Vec<Vec<Place>>, Stroke, Option<&'static str>); 2] {
+/// Lines, their look, and their name in the legend, if they are seen.
+type Lines = (Vec<Vec<Place>>, Stroke, Option<&'static str>);
+
+/// The lines over the cells of a panel: the exact boundary, and the method's own critical damping.
+fn boundaries(area: &Area, panel: &Panel) -> [Lines; 2] {
     let own: Vec<Place> = area.own_edge.iter().map(|&(x, c)| panel.place(x, c)).collect();
     let is_line = own.iter().filter(|place| place.1.is_finite()).count() > 1;
     let exact = area.exact.as_ref().map(|exact| places(exact, panel)).unwrap_or_default();
