@@ -21,27 +21,18 @@ pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
     let axes = map.grid().axes();
     let (c, v) = (axes.len() - 1, axes.len() - 2);
     let nodes = &axes[v].values;
-    let full = match nodes.as_slice() {
+    let x = match nodes.as_slice() {
         [only] => Scale::logarithmic(only / SPREAD, (only * SPREAD).min(f64::MAX)),
         nodes => Scale::of_range(nodes[0], nodes[nodes.len() - 1]),
     };
     let epsilons = chosen_epsilons(map);
     let index = view.informative_nodes();
-    let curves_over = |values: &[f64]| -> (Vec<curves::Boundaries>, Vec<Vec<f64>>) {
-        let of = |&epsilon: &usize| {
-            let index = map.grid().at_epsilon(&index, epsilon);
-            curves::by_method(map, &curves::columns(map, &index, v, values), values.len(), &budget)
-        };
-        epsilons.iter().map(of).unzip()
+    let values = curves::samples(x);
+    let of = |&epsilon: &usize| {
+        let index = map.grid().at_epsilon(&index, epsilon);
+        curves::by_method(map, &curves::columns(map, &index, v, &values), values.len(), &budget)
     };
-    // Leave out belts so fast that no method claims a cycle.
-    let values = curves::samples(full, curves::FEW_POINTS);
-    let (all, _) = curves_over(&values);
-    let x = curves::cut(full, &values, |i| {
-        all.iter().flatten().map(|(_, curve)| curve[i]).fold(f64::NEG_INFINITY, f64::max)
-    });
-    let values = budget.samples(x);
-    let (panels, errors) = curves_over(&values);
+    let (panels, errors): (Vec<curves::Boundaries>, Vec<Vec<f64>>) = epsilons.iter().map(of).unzip();
     let is_drawn = |name: &str| {
         let of = panels.iter().flatten().filter(|(method, _)| method == name);
         of.flat_map(|(_, curve)| curve).any(|c| c.is_finite() && *c >= 0.0)

@@ -9,9 +9,8 @@ use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::Column;
 use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
-const POINTS: usize = 160;
-/// Number of steps of a coarse curve, which finds the part of a scale that is drawn.
-pub(super) const FEW_POINTS: usize = 24;
+/// Number of steps of a curve.
+const STEPS: usize = 60;
 /// Accuracy of critical dampings in figures, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
 /// Budget of the curves of a figure: evaluations of the right-hand side of the Stribeck law, a hundred times
@@ -23,22 +22,8 @@ const FAILURE: u64 = MOST_WORK / 2;
 const TOGETHER: usize = 2;
 
 /// Evenly spaced numbers on a scale.
-pub(super) fn samples(scale: Scale, points: usize) -> Vec<f64> {
-    (0..=points).map(|i| scale.value(i as f64 / points as f64)).collect()
-}
-
-/// A scale without the part at its end where no value is positive; unchanged if no value is positive
-/// anywhere. `most` is the largest value at each of the samples.
-pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) -> Scale {
-    match (0..samples.len()).rev().find(|&i| most(i) > 0.0) {
-        Some(last) => {
-            // The values end before the next sample.
-            let next = samples.get(last + 1).unwrap_or(&samples[last]);
-            let end = (scale.unit(*next) + 0.02).min(1.0);
-            Scale { to: scale.value(end), ..scale }
-        }
-        None => scale,
-    }
+pub(super) fn samples(scale: Scale) -> Vec<f64> {
+    (0..=STEPS).map(|i| scale.value(i as f64 / STEPS as f64)).collect()
 }
 
 /// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes, up to the first
@@ -60,13 +45,6 @@ pub(super) struct Budget(Cell<u64>);
 impl Budget {
     pub(super) fn of_figure() -> Self {
         Self(Cell::new(MOST_WORK))
-    }
-
-    /// The samples of a scale: [`POINTS`], or [`FEW_POINTS`] where their cost predicts an exceeded budget.
-    pub(super) fn samples(&self, scale: Scale) -> Vec<f64> {
-        let left = self.0.get();
-        let each = (POINTS / FEW_POINTS + 1) as u64;
-        samples(scale, if (MOST_WORK - left).saturating_mul(each) <= left { POINTS } else { FEW_POINTS })
     }
 
     fn spend(&self, work: u64) {
