@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use ndarray::{ArrayD, ArrayViewD, Axis as Dim, Slice, Zip};
+use ndarray::{ArrayD, ArrayViewD, Axis as Dim, Slice};
 
 use super::{ReportError, SIMULATION, check};
 use slipmap_format::MapFile;
@@ -202,26 +202,37 @@ impl Boxes {
     }
 
     fn volume(&self, codes: &ArrayViewD<i8>, simulated: Option<&ArrayViewD<i8>>) -> Volume {
-        let present = |codes: &ArrayViewD<i8>| codes.mapv(|code| u16::from(code == Verdict::Present.code()));
+        let shape: Vec<usize> = codes.shape().to_vec();
+        let present = |codes: &ArrayViewD<i8>| -> Vec<u16> {
+            codes.iter().map(|code| u16::from(*code == Verdict::Present.code())).collect()
+        };
         let inside = present(codes);
-        let confirmed = simulated.map(|simulated| self.weigh(present(simulated) & &inside, 0).0);
+        let confirmed = simulated.map(|simulated| {
+            let mut both = present(simulated);
+            for (both, inside) in both.iter_mut().zip(&inside) {
+                *both &= inside;
+            }
+            self.weigh(both, shape.clone(), 0).0
+        });
         let damping = self.lengths.len() - 1;
         let error_in_c = self.lengths[damping].as_ref().map_or(0.0, |_| {
+            let mut shape = shape.clone();
+            let changes = pairs(&inside, &mut shape, damping, |low, high| low ^ high);
             // Each change counts half a step, as each corner of a step does.
-            self.weigh(pairs(&inside, damping, |low, high| low ^ high), 1).0
+            self.weigh(changes, shape, 1).0
         });
-        let (claimed, error) = self.weigh(inside, 0);
+        let (claimed, error) = self.weigh(inside, shape, 0);
         Volume { claimed, error_in_c, error, confirmed: confirmed.unwrap_or(0.0) }
     }
 
-    /// Volume of a set given by its indicator at the nodes (1 or 0), and the bound of its error. Along the last `done` axes
-    /// the numbers are per step, not per node.
-    fn weigh(&self, inside: ArrayD<u16>, done: usize) -> (f64, f64) {
+    /// Volume of a set given by its indicator at the nodes (1 or 0, row-major), and the bound of its error.
+    /// Along the last `done` axes the numbers are per step, not per node.
+    fn weigh(&self, inside: Vec<u16>, mut shape: Vec<usize>, done: usize) -> (f64, f64) {
         let mut corners = inside;
         let mut full: u16 = 1 << self.lengths[self.lengths.len() - done..].iter().flatten().count();
         for (axis, lengths) in self.lengths[..self.lengths.len() - done].iter().enumerate() {
             if lengths.is_some() {
-                corners = pairs(&corners, axis, |low, high| low + high);
+                corners = pairs(&corners, &mut shape, axis, |low, high| low + high);
                 full *= 2;
             }
         }
@@ -235,7 +246,7 @@ impl Boxes {
         let last = self.lengths[outer].as_ref().unwrap_or(&one);
         let share = 1.0 / f64::from(full);
         let (mut volume, mut error) = (0.0, 0.0);
-        for (row, weight) in corners.rows().into_iter().zip(weights) {
+        for (row, weight) in corners.chunks(last.len().max(1)).zip(weights) {
             let (mut row_volume, mut row_error) = (0.0, 0.0);
             for (&count, length) in row.iter().zip(last) {
                 row_volume += f64::from(count) * length;
@@ -250,9 +261,17 @@ impl Boxes {
     }
 }
 
-/// Combines the numbers at neighbours along an axis: one number fewer along it.
-fn pairs(numbers: &ArrayD<u16>, axis: usize, combined: impl Fn(u16, u16) -> u16) -> ArrayD<u16> {
-    let low = numbers.slice_axis(Dim(axis), Slice::from(..-1));
-    let high = numbers.slice_axis(Dim(axis), Slice::from(1..));
-    Zip::from(low).and(high).map_collect(|low, high| combined(*low, *high))
+/// Combines the numbers at neighbours along `axis` of a row-major array: one number fewer along that axis,
+/// which `shape` then says.
+fn pairs(numbers: &[u16], shape: &mut [usize], axis: usize, combined: impl Fn(u16, u16) -> u16) -> Vec<u16> {
+    let inner: usize = shape[axis + 1..].iter().product();
+    let (from, to) = (inner * shape[axis], inner * (shape[axis] - 1));
+    shape[axis] -= 1;
+    let mut pairs = vec![0; shape.iter().product()];
+    for (pairs, layers) in pairs.chunks_exact_mut(to.max(1)).zip(numbers.chunks_exact(from.max(1))) {
+        for ((pair, low), high) in pairs.iter_mut().zip(layers).zip(&layers[inner..]) {
+            *pair = combined(*low, *high);
+        }
+    }
+    pairs
 }
