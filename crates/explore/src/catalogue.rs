@@ -30,18 +30,6 @@ pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
     kinds.into_iter().enumerate().map(kind).collect()
 }
 
-/// Meanings of the codes of the first method that decides.
-pub(super) fn deciders(methods: &[Method]) -> Vec<Kind> {
-    let decided = methods.iter().enumerate().map(|(code, method)| Kind {
-        code: code as i8,
-        name: method.name(),
-        words: format!("decided by {}", method.name().replace('_', " ")).into(),
-        fill: palette::method_area(method.name()),
-    });
-    let words = "none of them decides".into();
-    decided.chain([Kind { code: -1, name: "undecided", words, fill: palette::UNDECIDED }]).collect()
-}
-
 /// Codes and their meanings as JSON.
 pub(super) fn kinds_json(kinds: &[Kind]) -> Value {
     let one = |kind: &Kind| {

@@ -54,7 +54,7 @@ fn line(name: Rich, color: &'static str, dash: &'static [f64], points: Vec<(f64,
 }
 
 fn chart(name: &str, title: &str, curves: Vec<Curve>) -> Chart {
-    Chart { name: rich(name), title: rich(title), factor: 1.0, drawn_at_zero: false, curves }
+    Chart { name: rich(name), title: rich(title), factor: 1.0, y: None, curves }
 }
 
 /// A vertical guide at `x` over the numbers of `curves`.

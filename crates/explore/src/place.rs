@@ -11,7 +11,7 @@ use super::refusal::Refusal;
 use slipmap_config::{Level, Measured, OfMachine, point_of};
 use slipmap_map::machine::{BELT_SPEED, Coefficients, DAMPING, Dimension, Machine, Motion};
 use slipmap_map::map::{Grid, Shown};
-use slipmap_model::friction::Law;
+use slipmap_model::friction::{Law, Table};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 use slipmap_report::UnitSystem;
 
@@ -177,16 +177,18 @@ pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), Refusal> {
     let fastest = 2.0 * point.belt_speed;
     match law.as_written() {
         Law::Expression(law) => Ok(law.check(point.epsilon, &point.law, fastest)?),
-        Law::Table(table) if table.fastest() < fastest => Err(Refusal::bad_input(
-            format!(
-                "the data of {} end at slip speed {}, below 2 V = {fastest}",
-                table.origin(),
-                table.fastest()
-            ),
-            "choose a lower belt speed, or measure farther",
-        )),
+        Law::Table(table) => check_reach(table, fastest),
         _ => Ok(()),
     }
+}
+
+/// Checks that data reach to a slip speed, twice that of the belt.
+pub(super) fn check_reach(table: &Table, fastest: f64) -> Result<(), Refusal> {
+    let (origin, end) = (table.origin(), table.fastest());
+    let problem =
+        || format!("the data of {origin} end at slip speed {end}, below twice the belt speed: {fastest}");
+    let remedy = "choose a lower belt speed, or measure farther";
+    if end < fastest { Err(Refusal::bad_input(problem(), remedy)) } else { Ok(()) }
 }
 
 /// A law as the page sends it, the reverse of [`LawText::law`].

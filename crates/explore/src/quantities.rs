@@ -78,11 +78,8 @@ fn check(machine: &Machine) -> Result<(), Refusal> {
             // In the units in which it was typed, so that an error has its place there.
             Ok(Expression::new(&formula.text(), rest)?.check(1.0, parameters, fastest)?)
         }
-        Friction::Measured(table) if table.fastest() < fastest => {
-            let problem = format!("the data of {} end at slip speed {}", table.origin(), table.fastest());
-            Err(Refusal::bad_input(problem, "choose a lower belt speed, or measure farther"))
-        }
-        Friction::Coefficients(..) | Friction::Measured(_) => Ok(()),
+        Friction::Measured(table) => super::place::check_reach(table, fastest),
+        Friction::Coefficients(..) => Ok(()),
     }
 }
 

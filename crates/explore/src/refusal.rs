@@ -48,11 +48,6 @@ impl Refusal {
         Self::new(StatusCode::PAYLOAD_TOO_LARGE, problem, "give a shorter table or formula")
     }
 
-    /// The body of the request arrived too slowly.
-    pub(super) fn too_slow() -> Self {
-        Self::new(StatusCode::REQUEST_TIMEOUT, "the request did not arrive in time", "try again")
-    }
-
     /// Nobody waits for the answer any more.
     pub(super) fn stopped() -> Self {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "the request was given up", "try again")

@@ -12,9 +12,7 @@ use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Json, Response};
 use axum::routing::{get, post};
-use hyper::server::conn::http1;
-use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
+use axum::serve::ListenerExt as _;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::sync::Semaphore;
@@ -26,10 +24,6 @@ use super::point::PointRequest;
 use super::refusal::Refusal;
 use super::{Start, assets, catalogue, place, quantities};
 
-/// Largest number of connections at a time; more wait.
-const CONNECTIONS: usize = 256;
-/// Time limit for the head of a request, after which a silent connection is closed.
-const SILENCE: Duration = Duration::from_secs(10);
 /// Time limit of an answer that the page waits for.
 const LONGEST_WORK: Duration = Duration::from_secs(20);
 /// Number of pictures computed at a time; each uses all cores.
@@ -70,8 +64,11 @@ pub fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Resu
     runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS);
     let runtime = runtime.build()?;
     let ended = runtime.block_on(async {
-        let listener = tokio::net::TcpListener::from_std(listener)?;
-        tokio::spawn(accept(listener, router));
+        // Sends small answers at once.
+        let listener = tokio::net::TcpListener::from_std(listener)?.tap_io(|stream| {
+            let _ = stream.set_nodelay(true);
+        });
+        tokio::spawn(axum::serve(listener, router).into_future());
         while !stop.load(Ordering::Relaxed) {
             tokio::time::sleep(LOOK).await;
         }
@@ -98,29 +95,6 @@ fn routes(shared: Arc<Shared>) -> Router {
         .fallback(|| async { Refusal::malformed("there is nothing here") })
         .layer(DefaultBodyLimit::max(LONGEST_BODY))
         .with_state(shared)
-}
-
-/// Accepts connections, up to the limit.
-async fn accept(listener: tokio::net::TcpListener, router: Router) {
-    let room = Arc::new(Semaphore::new(CONNECTIONS));
-    loop {
-        let Ok(place) = Arc::clone(&room).acquire_owned().await else { return };
-        let Ok((stream, _)) = listener.accept().await else {
-            // No more file handles: some will be free soon.
-            tokio::time::sleep(LOOK).await;
-            continue;
-        };
-        // Sends small answers at once.
-        let _ = stream.set_nodelay(true);
-        let service = TowerToHyperService::new(router.clone());
-        tokio::spawn(async move {
-            let mut connection = http1::Builder::new();
-            connection.timer(TokioTimer::new()).header_read_timeout(SILENCE);
-            // A client that disconnects is not an error.
-            let _ = connection.serve_connection(TokioIo::new(stream), service).await;
-            drop(place);
-        });
-    }
 }
 
 /// Tells work to stop once nobody waits for its answer: the page has closed the connection, or time is up.

@@ -1,6 +1,6 @@
 //! The quantity that a picture shows.
 
-use super::catalogue::{deciders, differences};
+use super::catalogue::differences;
 use slipmap_map::map::{Method, Verdict};
 use slipmap_report::figure::palette::{self, Kind};
 
@@ -19,7 +19,7 @@ impl Show {
         match self {
             Show::Variable(name) => palette::kinds(name),
             Show::Difference([a, b]) => Some(differences(a, b)),
-            Show::Decider => Some(deciders(methods)),
+            Show::Decider => Some(palette::deciders(methods)),
         }
     }
 
@@ -32,10 +32,7 @@ impl Show {
                 let [a, b] = pair.map(|name| codes[of(name)]);
                 difference(a, b)
             }
-            Show::Decider | Show::Variable(_) => {
-                let decides = |code: &i8| Verdict::of_code(*code).is_some_and(Verdict::is_decision);
-                codes.iter().position(decides).map_or(-1, |first| first as i8)
-            }
+            Show::Decider | Show::Variable(_) => palette::decider(codes.iter().copied()),
         }
     }
 }

@@ -12,6 +12,10 @@ pub struct Panel {
     pub y: Scale,
 }
 
+/// Largest distance of a place from its panel, in sides of it: rasterisers and dashes take time and memory in proportion
+/// to lengths, and coordinates have single precision.
+const BEYOND: f64 = 100.0;
+
 /// The parts of a panel's axes that are labelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Labels {
@@ -22,10 +26,11 @@ pub struct Labels {
 }
 
 impl Panel {
-    /// The position of a pair of numbers on the page.
+    /// The position of a pair of numbers on the page, or far beyond the panel on the same side.
     pub fn place(&self, x: f64, y: f64) -> Place {
         let Rect { x: left, y: top, w, h } = self.rect;
-        (left + w * self.x.unit(x), top + h * (1.0 - self.y.unit(y)))
+        let near = |unit: f64| if unit.is_finite() { unit.clamp(-BEYOND, BEYOND) } else { unit };
+        (left + w * near(self.x.unit(x)), top + h * (1.0 - near(self.y.unit(y))))
     }
 
     /// Draws frame, ticks and numbers.
@@ -210,10 +215,15 @@ impl Panels {
         self.bottom += down;
     }
 
+    /// What is labelled of a panel that shares its axes with the others: on the left and at the bottom only.
+    pub fn labels(&self, number: usize) -> Labels {
+        Labels { x: number + self.columns >= self.panels.len(), y: number.is_multiple_of(self.columns) }
+    }
+
     /// Draws the axes: names and numbers on the left and at the bottom only.
     pub fn axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich) {
         for (i, panel) in self.panels.iter().enumerate() {
-            let labels = Labels { x: i + self.columns >= self.panels.len(), y: i % self.columns == 0 };
+            let labels = self.labels(i);
             panel.axes(scene, labels);
             if labels.x {
                 panel.x_name(scene, x_name);

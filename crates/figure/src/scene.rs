@@ -124,61 +124,6 @@ pub enum Anchor {
     End,
 }
 
-/// Distance from the origin beyond which nothing is drawn: every page ends before it. Rasterisers and dashes
-/// take time and memory in proportion to lengths, and coordinates have single precision.
-const BEYOND: f64 = 5000.0;
-
-/// Returns whether a position is on the page or near it.
-fn is_near((x, y): Place) -> bool {
-    x.abs() <= BEYOND && y.abs() <= BEYOND
-}
-
-/// The parts of a line of finite points that lie near the page.
-fn near_the_page(points: &[Place]) -> Vec<Vec<Place>> {
-    if points.iter().all(|point| is_near(*point)) {
-        return vec![points.to_vec()];
-    }
-    let mut parts: Vec<Vec<Place>> = Vec::new();
-    for pair in points.windows(2) {
-        let Some([from, to]) = segment_near_the_page(pair[0], pair[1]) else { continue };
-        match parts.last_mut() {
-            Some(part) if part.last() == Some(&from) => part.push(to),
-            _ => parts.push(vec![from, to]),
-        }
-    }
-    parts
-}
-
-/// The part of a segment that lies near the page (the clipping of Liang and Barsky).
-fn segment_near_the_page(from: Place, to: Place) -> Option<[Place; 2]> {
-    let (mut begin, mut end) = (0.0_f64, 1.0_f64);
-    for (start, stop) in [(from.0, to.0), (from.1, to.1)] {
-        // Halves, because the difference of two numbers may overflow.
-        let half_length = 0.5 * stop - 0.5 * start;
-        for side in [-1.0, 1.0] {
-            let (room, rate) = (0.5 * BEYOND - side * 0.5 * start, side * half_length);
-            if rate > 0.0 {
-                end = end.min(room / rate);
-            } else if rate < 0.0 {
-                begin = begin.max(room / rate);
-            } else if room < 0.0 {
-                return None;
-            }
-        }
-    }
-    let at = |share: f64| match share {
-        0.0 => from,
-        1.0 => to,
-        _ => (from.0 * (1.0 - share) + to.0 * share, from.1 * (1.0 - share) + to.1 * share),
-    };
-    (begin < end).then(|| [at(begin), at(end)])
-}
-
-/// An outline with its corners moved to near the page; outlines run parallel to the axes.
-fn clamped(outline: &[Place]) -> Vec<Place> {
-    outline.iter().map(|(x, y)| (x.clamp(-BEYOND, BEYOND), y.clamp(-BEYOND, BEYOND))).collect()
-}
-
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Width in points.
@@ -205,16 +150,14 @@ impl Scene {
     pub fn line(&mut self, points: &[Place], stroke: &Stroke) {
         let finite = |p: &Place| p.0.is_finite() && p.1.is_finite();
         for part in points.split(|p| !finite(p)).filter(|part| part.len() > 1) {
-            for part in near_the_page(part) {
-                self.path(&path(&part, false), &format!("fill=\"none\" {}", stroke_attributes(stroke)));
-            }
+            self.path(&path(part, false), &format!("fill=\"none\" {}", stroke_attributes(stroke)));
         }
     }
 
     /// Draws the head of an arrow with its tip at a place.
     pub fn arrow_head(&mut self, tip: Place, direction: Place, color: &'static str, size: f64) {
         let length = direction.0.hypot(direction.1);
-        if !(length > 0.0 && length.is_finite() && is_near(tip)) {
+        if !(length > 0.0 && length.is_finite()) {
             return;
         }
         let (ux, uy) = (direction.0 / length, direction.1 / length);
@@ -230,7 +173,7 @@ impl Scene {
         if outlines.is_empty() {
             return;
         }
-        let d: String = outlines.iter().map(|outline| path(&clamped(outline), true)).collect();
+        let d: String = outlines.iter().map(|outline| path(outline, true)).collect();
         if fill.ground != "none" {
             self.path(&d, &format!("fill-rule=\"evenodd\" fill=\"{}\"", fill.ground));
         }
@@ -259,15 +202,12 @@ impl Scene {
     }
 
     pub fn frame(&mut self, rect: Rect, stroke: &Stroke) {
-        self.path(
-            &path(&clamped(&corners(rect)), true),
-            &format!("fill=\"none\" {}", stroke_attributes(stroke)),
-        );
+        self.path(&path(&corners(rect), true), &format!("fill=\"none\" {}", stroke_attributes(stroke)));
     }
 
-    /// Draws a mark. `size` is about its diameter in points.
+    /// Draws a mark, at a finite place. `size` is about its diameter in points.
     pub fn marker(&mut self, marker: Marker, at: Place, size: f64, color: &'static str, filled: bool) {
-        if !is_near(at) {
+        if !(at.0.is_finite() && at.1.is_finite()) {
             return;
         }
         let r = 0.5 * size;

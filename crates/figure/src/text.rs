@@ -134,6 +134,12 @@ pub fn rich(template: &str) -> Rich {
     text
 }
 
+/// The words with a capital letter at their beginning.
+pub fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+}
+
 /// Joins parts by commas, without those that are empty.
 pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     let mut text = Rich::default();

@@ -6,7 +6,7 @@ use slipmap_figure::scene::{Fill, Hatch, Marker};
 use slipmap_figure::style::{
     BLACK, BLUE, GREEN, GREY, LineStyle, ORANGE, PURPLE, SKY, VERMILION, WHITE, WINE, YELLOW, style,
 };
-use slipmap_map::map::{Regime, Verdict};
+use slipmap_map::map::{Method, Regime, Verdict};
 
 /// The style of a method; those without one here share one.
 pub fn method(name: &str) -> LineStyle {
@@ -38,6 +38,11 @@ pub const UNDECIDED: Fill = Fill::hatched(WHITE, Hatch::Rising, "#b4b4b4");
 pub const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Falling, WHITE);
 /// Denies a cycle that exists.
 pub const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Crossed, BLACK);
+/// Whether a fill is that of a wrong claim.
+pub fn is_wrong(fill: Fill) -> bool {
+    [WRONG_PRESENCE, WRONG_ABSENCE].contains(&fill)
+}
+
 pub const FAILED: Fill = Fill::plain(BLACK);
 pub const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
 
@@ -114,9 +119,40 @@ pub fn kinds(variable: &str) -> Option<Vec<Kind>> {
     }
 }
 
+/// The kinds of cells by the first of these methods that decides them: its position, else one of two negative codes, see
+/// [`decider`].
+pub fn deciders(methods: &[Method]) -> Vec<Kind> {
+    let decided = methods.iter().enumerate().map(|(code, method)| Kind {
+        code: code as i8,
+        name: method.name(),
+        fill: method_area(method.name()),
+        words: match method {
+            Method::Simulation => "simulation only".into(),
+            _ => method.name().replace('_', " ").into(),
+        },
+    });
+    let open = Kind { code: NONE_DECIDES, name: "none", fill: UNDECIDED, words: "none of them".into() };
+    let failed = Kind { code: ONE_FAILS, ..verdict(Verdict::Failed) };
+    decided.chain([open, failed]).collect()
+}
+
+/// Codes of cells that no method decides, and of those among them at which one fails.
+const NONE_DECIDES: i8 = -1;
+const ONE_FAILS: i8 = -2;
+
+/// The code of a cell among [`deciders`], by the codes of the methods' verdicts in their order.
+pub fn decider(verdicts: impl Iterator<Item = i8> + Clone) -> i8 {
+    let decides = |code: i8| Verdict::of_code(code).is_some_and(Verdict::is_decision);
+    match verdicts.clone().position(decides) {
+        Some(first) => first as i8,
+        None if verdicts.into_iter().any(|code| code == Verdict::Failed.code()) => ONE_FAILS,
+        None => NONE_DECIDES,
+    }
+}
+
 /// Fill of the area in which a method decides: the colour of its lines, hatched to be distinguished in
 /// greyscale. Plain blue means a cycle in other figures, and here a method decides its absence as well.
-pub fn method_area(name: &str) -> Fill {
+fn method_area(name: &str) -> Fill {
     match name {
         "instability" => Fill::hatched(SKY, Hatch::Rising, WHITE),
         "bendixson" => Fill::hatched(PURPLE, Hatch::Dots, BLACK),

@@ -3,7 +3,7 @@
 use super::figure::Figure;
 use super::table::Table;
 use super::units::View;
-use slipmap_figure::text::{Rich, html as escaped};
+use slipmap_figure::text::{Rich, capital, html as escaped};
 use slipmap_format::MapFile;
 use slipmap_page::html::page;
 
@@ -13,21 +13,9 @@ fn title(map: &MapFile) -> Rich {
     Rich::foreign(map.text("title").or(name.as_deref()).unwrap_or("Map"))
 }
 
-fn heading(table: &Table) -> &'static str {
-    match table.name {
-        "volume" => "Claimed volume",
-        "proved_volume" => "Proved volume",
-        "agreement" => "Agreement with the simulation",
-        "boundary" => "Error of the boundary",
-        "order" => "Order of the error",
-        "cost" => "Cost",
-        "failures" => "Failures and audit",
-        "methods" => "Methods",
-        "machine" => "The machine in SI units",
-        "law" => "Friction law",
-        "axes" => "Grid",
-        _ => "Provenance",
-    }
+/// "Proved volume" of the table proved_volume.
+fn heading(table: &Table) -> String {
+    capital(&table.name.replace('_', " "))
 }
 
 /// Identifier of an element for links: "slice-gamma-c".
@@ -51,7 +39,7 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
         entry(&anchor("figure", &figure.name), &escaped(&words));
     }
     for table in tables {
-        entry(&anchor("table", table.name), heading(table));
+        entry(&anchor("table", table.name), &heading(table));
     }
     if view.map.text("config").is_some() {
         entry("configuration", "Configuration");

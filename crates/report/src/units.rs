@@ -113,7 +113,7 @@ pub struct UnitSystem {
 }
 
 /// Name and unit of a quantity, and the factor that converts dimensionless numbers to the unit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Label {
     /// The name in text and figures.
     pub name: Rich,

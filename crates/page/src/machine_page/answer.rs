@@ -2,7 +2,7 @@
 
 use super::lines::{damping_limit, percent, quantity, with_error};
 use super::units::{Unit, Written};
-use slipmap_figure::text::{Rich, rich};
+use slipmap_figure::text::{Rich, capital, rich};
 pub use slipmap_map::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
 use slipmap_map::machine::Motion;
 use slipmap_map::map::{Attractors, Regime};
@@ -113,11 +113,6 @@ fn undecided(
             sentence.then(rich(begins)).then(with_error(*value, *standard_error, 4, unit)).then(rich(below));
     }
     sentence
-}
-
-fn capital(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
 }
 
 /// "stick-slips from every start", "slips steadily or stick-slips, depending on the start,".

@@ -1,6 +1,5 @@
 //! The figures of the page: the regimes around the working point, and the friction that makes them.
 
-use slipmap_model::friction::Column;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
@@ -12,16 +11,13 @@ use slipmap_figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_ma
 use slipmap_figure::region::outlines;
 use slipmap_figure::scene::{Fill, Marker, Rect, Scene, Stroke};
 use slipmap_figure::style;
-use slipmap_figure::text::{Rich, rich};
+use slipmap_figure::text::{Rich, capital, rich};
 use slipmap_map::assessment::{Assessment, Statement};
 use slipmap_map::machine::{Dimension, Friction, Model};
 use slipmap_map::map::{
-    self, Control, Each, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
-    TileData,
+    self, Control, Each, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, Regime, TileData,
 };
-use slipmap_model::point::Point;
 use slipmap_simulate::bifurcation::Bifurcation;
-use slipmap_simulate::critical::{critical_dampings, known_or_nan};
 
 /// Number of belt speeds of the regime figure.
 const NODES: usize = 51;
@@ -60,70 +56,6 @@ fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
 /// The belt speed at a share of the axis: the belt does not stand still.
 fn speed_at(x: Scale, share: f64) -> f64 {
     x.value(share).max(3e-4 * x.to)
-}
-
-/// Largest distance of a curve from its chord, as a share of the side of the panel.
-const STRAIGHT: f64 = 1e-3;
-/// Largest number of times that a chord is halved.
-const HALVINGS: u32 = 8;
-
-/// A curve in the panel: `dampings` of many belt speeds at once, NaN where there is none, at `NODES` speeds and at
-/// more where the curve leaves its chord or ends.
-fn curve(panel: &Panel, bifurcation: Bifurcation, dampings: impl Fn(&[f64]) -> Vec<f64>) -> PlaneCurve {
-    let Panel { x, y, .. } = panel;
-    // Shares of the sides. Beyond the panel a curve need not be smooth.
-    let height = |damping: &f64| match damping.is_nan() {
-        true => f64::NAN,
-        false => y.unit(damping.max(0.5 * y.from.max(f64::MIN_POSITIVE))).clamp(-1.0, 2.0),
-    };
-    let at = |shares: &[f64]| {
-        let speeds: Vec<f64> = shares.iter().map(|share| speed_at(*x, *share)).collect();
-        let dampings = dampings(&speeds);
-        let points = speeds.into_iter().zip(dampings).zip(shares);
-        points.map(|((speed, damping), share)| [*share, speed, damping]).collect::<Vec<_>>()
-    };
-    let nodes: Vec<f64> = (0..NODES).map(|i| i as f64 / (NODES - 1) as f64).collect();
-    let mut points = at(&nodes);
-    let mut bent: Vec<[[f64; 3]; 2]> = points.windows(2).map(|pair| [pair[0], pair[1]]).collect();
-    for _ in 0..HALVINGS {
-        let middles: Vec<f64> = bent.iter().map(|[one, other]| 0.5 * (one[0] + other[0])).collect();
-        let mut next = Vec::new();
-        for ([one, other], middle) in bent.into_iter().zip(at(&middles)) {
-            points.push(middle);
-            let [left, here, right] = [one, middle, other].map(|point| height(&point[2]));
-            let leaves = (here - 0.5 * (left + right)).abs() > STRAIGHT;
-            let ends = left.is_nan() != right.is_nan() || left.is_nan() != here.is_nan();
-            let beyond = |of: fn(&f64) -> bool| [left, here, right].iter().all(of);
-            if (leaves || ends) && !beyond(|height| *height > 1.0) && !beyond(|height| *height < 0.0) {
-                next.extend([[one, middle], [middle, other]]);
-            }
-        }
-        bent = next;
-    }
-    points.sort_by(|one, other| one[0].total_cmp(&other[0]));
-    let known = points.into_iter().filter(|[.., damping]| damping.is_finite());
-    let points = known.map(|[_, speed, damping]| PlanePoint {
-        x: speed,
-        y: damping.max(0.5 * y.from),
-        error: TOLERANCE,
-    });
-    PlaneCurve { bifurcation, points: points.collect() }
-}
-
-/// The Hopf damping and the critical damping over belt speeds. This is fast for every law, also where continuation in
-/// the plane is not.
-fn limits(grid: &Grid, point: &Point, panel: &Panel) -> Vec<PlaneCurve> {
-    let columns = |speeds: &[f64]| -> Vec<Column> {
-        speeds.iter().map(|&belt_speed| grid.law().column(&Point { belt_speed, ..*point })).collect()
-    };
-    let hopf = |speeds: &[f64]| {
-        let columns = columns(speeds);
-        columns.iter().map(|column| column.curve.weakening(column.belt_speed) / column.epsilon).collect()
-    };
-    let grazing = |speeds: &[f64]| {
-        critical_dampings(&columns(speeds), TOLERANCE).into_iter().map(known_or_nan).collect()
-    };
-    vec![curve(panel, Bifurcation::Hopf, hopf), curve(panel, Bifurcation::GrazingSliding, grazing)]
 }
 
 /// Ratio of two values of a quantity from which on an axis that must show both is logarithmic.
@@ -276,14 +208,13 @@ pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene
     if let Some(grid) = grid {
         let last = grid.axes().len() - 1;
         let plane = Plane::new(last - 1, last, vec![0; last + 1]);
-        let mut lines = limits(&grid, &point, &panel);
+        let mut kinds = vec![Bifurcation::Hopf, Bifurcation::GrazingSliding];
         // Many backbones, which take long where the law has corners.
         if grid.law().curve(1.0, &point.law).corners().is_empty() {
-            let kinds = [Bifurcation::Crossing, Bifurcation::Fold];
-            let others = PlaneCurves::of_kinds(&kinds, &grid, plane.clone(), &AtomicBool::new(false));
-            lines.extend(others.curves);
+            kinds.extend([Bifurcation::Crossing, Bifurcation::Fold]);
         }
-        let cells = along_curves(&panel, &regimes_over(&grid).unwrap_or_default(), &lines);
+        let lines = PlaneCurves::of_kinds(&kinds, &grid, plane, &AtomicBool::new(false));
+        let cells = along_curves(&panel, &regimes_over(&grid).unwrap_or_default(), &lines.curves);
         let edges = |scale: Scale, of: usize| -> Vec<f64> {
             (0..=of).map(|i| scale.value(i as f64 / of as f64)).collect()
         };
@@ -296,7 +227,6 @@ pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene
                 legend.add(Sample::Area(kind.fill), rich(&kind.words));
             }
         }
-        let lines = PlaneCurves { plane, curves: lines, cut: Vec::new() };
         curves::draw(&mut scene, &panel, &lines, &mut legend, false);
     }
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
@@ -383,8 +313,7 @@ pub(super) fn friction(all: &Assessment, written: &Written, height: f64) -> Scen
     let errors = if with_errors { " ± standard error" } else { "" };
     let unit = if machine.normal_force_is_known { "" } else { machine.motion.unit(Dimension::Force) };
     let unit = if unit.is_empty() { String::new() } else { format!(", {unit}") };
-    let name = machine.words_of_friction();
-    let name = name[..1].to_uppercase() + &name[1..];
+    let name = capital(machine.words_of_friction());
     let speed = machine.motion.words(BELT_SPEED);
     curve_panel.title(&mut scene, &Rich::foreign(&format!("{name}{unit}{errors}; dashed: the {speed}")));
     let mut lowest = curve_panel;
@@ -412,55 +341,9 @@ mod tests {
     use super::*;
     use crate::machine_page::tests::example;
     use slipmap_map::assessment::assess;
-    use slipmap_map::machine::{Machine, Motion};
+    use slipmap_map::machine::Machine;
+    use slipmap_map::map::PlanePoint;
     use slipmap_model::friction::{Law, Table};
-
-    /// The curves at speeds of their own, over decades of both quantities and where damping falls steeply.
-    #[test]
-    fn curves_follow_the_critical_and_the_hopf_damping() {
-        let stiff = [0.4, 3e5, 20.0, 200.0, 0.6, 0.35, 0.05, 0.0, 0.01];
-        for machine in [
-            Machine::from_array(Motion::Translation, Law::Exponential, stiff),
-            example(Law::Stribeck).with("belt_speed", 0.01).unwrap(),
-        ] {
-            let all = assess(&machine).unwrap();
-            let (model, units) = (machine.model().unwrap(), machine.units());
-            let rect = Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
-            let in_units =
-                |scale: Scale, unit: f64| Scale { from: scale.from / unit, to: scale.to / unit, ..scale };
-            let x = in_units(speeds_shown(&all), units.velocity);
-            let y = in_units(dampings_shown(&all), units.damping);
-            let here = [x.unit(model.point.belt_speed), y.unit(model.point.damping)];
-            assert!(here.iter().all(|share| (0.03..0.97).contains(share)), "the working point: {here:?}");
-            let values = model.point.law.as_slice().iter().map(|value| vec![*value]);
-            let axes = std::iter::once(vec![1.0]).chain(values).chain([vec![1.0], vec![0.0]]).collect();
-            let grid = Grid::new(model.law.clone(), axes).unwrap();
-            let mut met = 0;
-            for curve in limits(&grid, &model.point, &Panel { rect, x, y }) {
-                for i in 0..100 {
-                    let speed = speed_at(x, (f64::from(i) + 0.37) / 100.0);
-                    let column = model.law.column(&Point { belt_speed: speed, ..model.point });
-                    let truth = match curve.bifurcation {
-                        Bifurcation::Hopf => column.curve.weakening(speed),
-                        _ => known_or_nan(critical_dampings(&[column], 1e-10)[0]),
-                    };
-                    let share = y.unit(truth.max(1e-9));
-                    let beside =
-                        curve.points.windows(2).find(|pair| pair[0].x <= speed && speed <= pair[1].x);
-                    if !(0.0..=1.0).contains(&share) {
-                        continue;
-                    }
-                    let [a, b] = beside.map(|pair| [pair[0], pair[1]]).unwrap();
-                    let along = (x.unit(speed) - x.unit(a.x)) / (x.unit(b.x) - x.unit(a.x));
-                    let drawn = y.unit(a.y) * (1.0 - along) + y.unit(b.y) * along;
-                    // Halved where the middle of a chord is farther away; elsewhere a parabola may be a third off.
-                    assert!((drawn - share).abs() < 2.0 * STRAIGHT, "{speed}: {drawn} {share}");
-                    met += 1;
-                }
-            }
-            assert!(met > 80, "{met}");
-        }
-    }
 
     /// A line through the panel that leaves it at the top and at the bottom: every finer cell has the code of its side.
     #[test]

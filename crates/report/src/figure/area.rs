@@ -3,20 +3,20 @@
 use ndarray::Array2;
 
 use super::super::units::Label;
-use super::bifurcations::{self, boundary};
+use super::bifurcations::{self, places};
 use super::palette::{self, Kind};
 use super::plot::Marks;
 use super::slice::Slice;
-use super::verdict_panels::{EXACT, cell_columns, draw_exact};
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
 use slipmap_figure::data::{Data, Values};
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::{Panel, Panels};
 use slipmap_figure::region::outlines;
-use slipmap_figure::scene::{Anchor, Fill, Hatch, Marker, Rect, Scene, Width};
+use slipmap_figure::scene::{Anchor, Fill, Hatch, Marker, Place, Rect, Scene, Stroke, Width};
 use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::map::PlaneCurves;
+use slipmap_page::curves::{EXACT, HALO};
 
 /// The values drawn, cell by cell.
 #[derive(Clone, Debug)]
@@ -35,14 +35,31 @@ pub struct Area<'a> {
     /// The errors of the numbers, which the data have beside them, with their label.
     pub errors: Option<(Label, Array2<f64>)>,
     pub curves: Option<PlaneCurves>,
-    /// Whether the exact boundary of the stick-slip region is drawn if there are no curves.
-    pub exact: bool,
+    /// The exact boundary of the stick-slip region.
+    pub exact: Option<PlaneCurves>,
+    /// The critical damping of the method whose panel it is, at the nodes of the horizontal axis.
+    pub own_edge: Vec<(f64, f64)>,
     /// Points of other origin.
     pub marks: Option<&'a Marks>,
     pub title: Rich,
 }
 
-impl Area<'_> {
+impl<'a> Area<'a> {
+    /// The cells alone.
+    pub(super) fn new(slice: Slice<'a>, layer: Layer) -> Self {
+        let title = Rich::default();
+        Self {
+            slice,
+            layer,
+            errors: None,
+            curves: None,
+            exact: None,
+            own_edge: Vec::new(),
+            marks: None,
+            title,
+        }
+    }
+
     /// Whether each cell failed; numbers do not tell.
     pub(super) fn failed(&self) -> Vec<bool> {
         match &self.layer {
@@ -55,6 +72,8 @@ impl Area<'_> {
     }
 }
 
+/// The critical damping of the method whose panel it is.
+const OWN_EDGE: Stroke = Stroke { color: style::BLACK, width: 1.0, dash: &[2.0, 1.6] };
 /// Colours for cells without a number.
 const NO_NUMBER: Fill = palette::UNDECIDED;
 /// Number of steps of a colour scale: more cannot be distinguished, and equal neighbours become one
@@ -121,17 +140,25 @@ pub fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: 
     let (columns, aspect) = match (width, areas.len()) {
         (Width::OneColumn, 1) => (1, 0.75),
         (Width::TwoColumns, 1) => (1, 0.55),
-        (Width::OneColumn, _) => (2, 0.9),
-        (Width::TwoColumns, 2) => (2, 0.75),
-        (Width::TwoColumns, 3) => (3, 0.85),
-        (Width::TwoColumns, _) => (4, 0.9),
+        (Width::OneColumn, _) => (2, 0.78),
+        (Width::TwoColumns, count) => (count.min(4), 0.78),
     };
     scene.width -= bar_room;
     let panels = Panels::below(&mut scene, heading, columns, areas.len(), aspect, (x_scale, y_scale));
     scene.width += bar_room;
     let mut legend = Legend::default();
+    // The legend has the cells of all panels first, in the order of their kinds.
+    let mut used = Vec::new();
     for (area, panel) in areas.iter().zip(&panels.panels) {
-        draw_area(&mut scene, panel, area, colours, &mut legend);
+        draw_cells(&mut scene, panel, area, colours, (&mut legend, &mut used));
+    }
+    if let Layer::Codes(_, kinds) = &first.layer {
+        let looks: Vec<_> = kinds.iter().map(|kind| (kind.fill, rich(&kind.words))).collect();
+        let is_used: Vec<bool> = kinds.iter().map(|kind| used.contains(&kind.code)).collect();
+        legend.add_used(&looks, &is_used);
+    }
+    for (area, panel) in areas.iter().zip(&panels.panels) {
+        draw_lines(&mut scene, panel, area, &mut legend);
         panel.title(&mut scene, &area.title);
     }
     panels.axes(&mut scene, &x_name, &y_name);
@@ -152,25 +179,33 @@ pub fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: 
     scene
 }
 
-fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colours>, legend: &mut Legend) {
-    let slice = &area.slice;
-    let [x_edges, y_edges] = slice.edges();
+/// Draws the cells, with the halos of the lines over them; adds to the legend what numbers have, and to `used` the codes
+/// that occur.
+fn draw_cells(
+    scene: &mut Scene,
+    panel: &Panel,
+    area: &Area,
+    colours: Option<Colours>,
+    (legend, used): (&mut Legend, &mut Vec<i8>),
+) {
+    let [x_edges, y_edges] = area.slice.edges();
     match &area.layer {
         Layer::Codes(cells, kinds) => {
-            for kind in kinds {
-                let areas = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] == kind.code);
-                if !areas.is_empty() {
-                    scene.area(&areas, kind.fill);
-                    legend.add(Sample::Area(kind.fill), rich(&kind.words));
+            let mut fill = |scene: &mut Scene, wrong: bool| {
+                for kind in kinds.iter().filter(|kind| palette::is_wrong(kind.fill) == wrong) {
+                    let areas = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] == kind.code);
+                    if !areas.is_empty() {
+                        scene.area(&areas, kind.fill);
+                        used.push(kind.code);
+                    }
                 }
+            };
+            fill(scene, false);
+            // Below the wrong verdicts, which may be a thin strip along a line.
+            for (lines, _, _) in boundaries(area, panel) {
+                stroke(scene, panel, &lines, &HALO);
             }
-            if area.exact && area.curves.is_none() {
-                let exact = boundary(slice);
-                draw_exact(scene, &exact, panel);
-                if !exact.curves.is_empty() {
-                    legend.add(Sample::Line(EXACT), rich("exact boundary"));
-                }
-            }
+            fill(scene, true);
         }
         Layer::Reals(cells) => {
             if let Some(colours) = colours {
@@ -188,6 +223,31 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
                 scene.area(&negative, fill);
                 legend.add(Sample::Area(fill), rich("negative"));
             }
+        }
+    }
+}
+
+/// Lines, their look, and their name in the legend, if they are seen.
+type Lines = (Vec<Vec<Place>>, Stroke, Option<&'static str>);
+
+/// The lines over the cells of a panel: the exact boundary, and the method's own critical damping.
+fn boundaries(area: &Area, panel: &Panel) -> [Lines; 2] {
+    let own: Vec<Place> = area.own_edge.iter().map(|&(x, c)| panel.place(x, c)).collect();
+    let is_line = own.iter().filter(|place| place.1.is_finite()).count() > 1;
+    let exact = area.exact.as_ref().map(|exact| places(exact, panel)).unwrap_or_default();
+    let named = (!exact.is_empty()).then_some("exact boundary");
+    [(exact, EXACT, named), (vec![own], OWN_EDGE, is_line.then_some("the method's own critical damping"))]
+}
+
+fn stroke(scene: &mut Scene, panel: &Panel, lines: &[Vec<Place>], stroke: &Stroke) {
+    scene.clipped(panel.rect, |scene| lines.iter().for_each(|line| scene.line(line, stroke)));
+}
+
+fn draw_lines(scene: &mut Scene, panel: &Panel, area: &Area, legend: &mut Legend) {
+    for (lines, look, name) in boundaries(area, panel) {
+        stroke(scene, panel, &lines, &look);
+        if let Some(name) = name {
+            legend.add(Sample::Line(look), rich(name));
         }
     }
     if let Some(curves) = &area.curves {
@@ -268,6 +328,16 @@ fn draw_bar(scene: &mut Scene, bar: Rect, colours: Colours, name: &Rich, numbers
         scene.text((x + w + 4.5, at + 0.36 * SMALL_TEXT), &tick.label, SMALL_TEXT, Anchor::Start);
     }
     scene.text_up((x + w + numbers + 6.0 + TEXT, y + 0.5 * h), name, SMALL_TEXT, Anchor::Middle);
+}
+
+/// The coordinates of the cells of a slice, the vertical axis fastest, once for each of `panels`.
+pub(super) fn cell_columns(slice: &Slice, panels: usize) -> Data {
+    let [x, y] = slice.axes().map(|axis| slice.view.axis(axis));
+    let [x_nodes, y_nodes] = slice.nodes();
+    let (x_factor, y_factor) = (x.factor, y.factor);
+    let cells = x_nodes.iter().flat_map(|a| y_nodes.iter().map(move |b| (a * x_factor, b * y_factor)));
+    let (xs, ys): (Vec<f64>, Vec<f64>) = cells.unzip();
+    Data::default().reals(x.header(), xs.repeat(panels)).reals(y.header(), ys.repeat(panels))
 }
 
 /// The nodes and cells of areas as a table: both axes, the variable, and its errors where they are known; with

@@ -3,14 +3,13 @@
 use super::super::units::{Label, View};
 use super::curves::Budget;
 use super::slice::{Slice, equals};
-use super::verdict_panels::chosen_epsilons;
+use super::verdict_panels::{chosen_epsilons, method_title};
 use super::{Figure, curves, palette};
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
-use slipmap_figure::legend::{Legend, Sample};
-use slipmap_figure::panels::Panels;
-use slipmap_figure::scene::{Scene, Width};
-use slipmap_figure::text::rich;
+use slipmap_figure::lines::{self, Chart, Curve};
+use slipmap_figure::scene::Width;
+use slipmap_figure::text::{Rich, rich};
 
 /// If a map has only one V, the range of V shown, as a factor up and down.
 const SPREAD: f64 = 10.0;
@@ -22,27 +21,18 @@ pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
     let axes = map.grid().axes();
     let (c, v) = (axes.len() - 1, axes.len() - 2);
     let nodes = &axes[v].values;
-    let full = match nodes.as_slice() {
+    let x = match nodes.as_slice() {
         [only] => Scale::logarithmic(only / SPREAD, (only * SPREAD).min(f64::MAX)),
         nodes => Scale::of_range(nodes[0], nodes[nodes.len() - 1]),
     };
     let epsilons = chosen_epsilons(map);
     let index = view.informative_nodes();
-    let curves_over = |values: &[f64]| -> (Vec<curves::Boundaries>, Vec<Vec<f64>>) {
-        let of = |&epsilon: &usize| {
-            let index = map.grid().at_epsilon(&index, epsilon);
-            curves::by_method(map, &curves::columns(map, &index, v, values), values.len(), &budget)
-        };
-        epsilons.iter().map(of).unzip()
+    let values = curves::samples(x);
+    let of = |&epsilon: &usize| {
+        let index = map.grid().at_epsilon(&index, epsilon);
+        curves::by_method(map, &curves::columns(map, &index, v, &values), values.len(), &budget)
     };
-    // Leave out belts so fast that no method claims a cycle.
-    let values = curves::samples(full, curves::FEW_POINTS);
-    let (all, _) = curves_over(&values);
-    let x = curves::cut(full, &values, |i| {
-        all.iter().flatten().map(|(_, curve)| curve[i]).fold(f64::NEG_INFINITY, f64::max)
-    });
-    let values = budget.samples(x);
-    let (panels, errors) = curves_over(&values);
+    let (panels, errors): (Vec<curves::Boundaries>, Vec<Vec<f64>>) = epsilons.iter().map(of).unzip();
     let is_drawn = |name: &str| {
         let of = panels.iter().flatten().filter(|(method, _)| method == name);
         of.flat_map(|(_, curve)| curve).any(|c| c.is_finite() && *c >= 0.0)
@@ -52,32 +42,31 @@ pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
     if most == 0.0 {
         return None;
     }
-    let y = Scale::linear(0.0, most * 1.04);
     let (x_label, y_label) = (view.axis(&axes[v]), view.axis(&axes[c]));
-    let (x, y) = (x.in_unit(x_label.factor), y.in_unit(y_label.factor));
     let y_name = match &*y_label.unit {
         "" => rich("critical damping {c}"),
         _ => rich("critical ").then(y_label.text()),
     };
     // The caption gives the law's parameters only.
     let held = Slice::new(view, v, c, index).held_but_epsilon();
-    let mut scene = Scene::new(width.points(), 0.0);
-    let frames = Panels::below(&mut scene, &held, width.select(1, 2), epsilons.len(), 0.66, (x, y));
-    let mut legend = Legend::default();
-    for (i, (panel, methods)) in frames.panels.iter().zip(&panels).enumerate() {
-        for (turn, (name, curve)) in methods.iter().enumerate() {
-            let style = palette::method(name);
-            curves::draw(&mut scene, panel, &values, curve, &style, turn);
-            if i == 0 && is_drawn(name) {
-                legend.add(Sample::Method(style), super::verdict_panels::method_title(name));
-            }
-        }
-        if view.units.machine.is_none() {
-            panel.title(&mut scene, &equals("epsilon", map.grid().epsilons()[epsilons[i]]));
-        }
-    }
-    frames.axes(&mut scene, &x_label.text(), &y_name);
-    legend.below(&mut scene, frames.panels[0].rect.x, frames.bottom);
+    let curve = |(name, dampings): &(String, Vec<f64>)| Curve {
+        name: if is_drawn(name) { method_title(name) } else { Rich::default() },
+        style: palette::method(name),
+        points: values.iter().copied().zip(dampings.iter().copied()).collect(),
+        marks: true,
+    };
+    let chart = |(methods, &epsilon): (&curves::Boundaries, &usize)| Chart {
+        name: y_name.clone(),
+        title: match view.units.machine {
+            None => equals("epsilon", map.grid().epsilons()[epsilon]),
+            Some(_) => Rich::default(),
+        },
+        factor: y_label.factor,
+        y: Some(Scale::linear(0.0, 1.04 * most)),
+        curves: methods.iter().map(curve).collect(),
+    };
+    let charts: Vec<Chart> = panels.iter().zip(&epsilons).map(chart).collect();
+    let scene = lines::draw(&held, x.in_unit(x_label.factor), &x_label.text(), &charts, width);
     let mut caption =
         rich("The damping up to which each method claims a stick-slip cycle, against belt speed")
             .taken_at(held)

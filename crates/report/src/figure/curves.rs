@@ -1,22 +1,16 @@
-//! Critical dampings along one parameter, and how curves are drawn.
+//! Critical dampings along one parameter.
 
 use std::cell::Cell;
 
 use slipmap_figure::axis::Scale;
-use slipmap_figure::panels::Panel;
-use slipmap_figure::scene::{Place, Scene};
-use slipmap_figure::style::LineStyle;
 use slipmap_format::MapFile;
 use slipmap_map::map::Method;
 use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::Column;
 use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
-const POINTS: usize = 160;
-/// Number of steps of a coarse curve, which finds the part of a scale that is drawn.
-pub(super) const FEW_POINTS: usize = 24;
-/// Number of marks on a curve.
-const MARKS: usize = 6;
+/// Number of steps of a curve.
+const STEPS: usize = 60;
 /// Accuracy of critical dampings in figures, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
 /// Budget of the curves of a figure: evaluations of the right-hand side of the Stribeck law, a hundred times
@@ -28,22 +22,8 @@ const FAILURE: u64 = MOST_WORK / 2;
 const TOGETHER: usize = 2;
 
 /// Evenly spaced numbers on a scale.
-pub(super) fn samples(scale: Scale, points: usize) -> Vec<f64> {
-    (0..=points).map(|i| scale.value(i as f64 / points as f64)).collect()
-}
-
-/// A scale without the part at its end where no value is positive; unchanged if no value is positive
-/// anywhere. `most` is the largest value at each of the samples.
-pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) -> Scale {
-    match (0..samples.len()).rev().find(|&i| most(i) > 0.0) {
-        Some(last) => {
-            // The values end before the next sample.
-            let next = samples.get(last + 1).unwrap_or(&samples[last]);
-            let end = (scale.unit(*next) + 0.02).min(1.0);
-            Scale { to: scale.value(end), ..scale }
-        }
-        None => scale,
-    }
+pub(super) fn samples(scale: Scale) -> Vec<f64> {
+    (0..=STEPS).map(|i| scale.value(i as f64 / STEPS as f64)).collect()
 }
 
 /// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes, up to the first
@@ -65,13 +45,6 @@ pub(super) struct Budget(Cell<u64>);
 impl Budget {
     pub(super) fn of_figure() -> Self {
         Self(Cell::new(MOST_WORK))
-    }
-
-    /// The samples of a scale: [`POINTS`], or [`FEW_POINTS`] where their cost predicts an exceeded budget.
-    pub(super) fn samples(&self, scale: Scale) -> Vec<f64> {
-        let left = self.0.get();
-        let each = (POINTS / FEW_POINTS + 1) as u64;
-        samples(scale, if (MOST_WORK - left).saturating_mul(each) <= left { POINTS } else { FEW_POINTS })
     }
 
     fn spend(&self, work: u64) {
@@ -145,17 +118,4 @@ pub(super) fn by_method(
     curves.iter_mut().for_each(|(_, curve)| curve.resize(values, f64::NAN));
     errors.resize(values, f64::NAN);
     (curves, errors)
-}
-
-/// Draws the curve of a method with its marks. Curves with different `turn` have their marks at different
-/// places.
-pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style: &LineStyle, turn: usize) {
-    let places: Vec<Place> = x.iter().zip(y).map(|(&x, &y)| panel.place(x, y)).collect();
-    scene.clipped(panel.rect, |scene| scene.line(&places, &style.stroke));
-    let step = places.len() / MARKS;
-    for place in places.iter().skip(step * (turn % 7) / 7 + step / 8).step_by(step.max(1)) {
-        if panel.rect.contains(*place) {
-            scene.marker(style.marker, *place, 4.2, style.stroke.color, false);
-        }
-    }
 }

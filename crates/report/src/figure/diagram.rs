@@ -262,13 +262,10 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
             });
         }
     }
-    let chart = Chart {
-        name: amplitude.text(),
-        title: Rich::default(),
-        factor: amplitude.factor,
-        drawn_at_zero: true,
-        curves,
-    };
+    // The equilibrium must not lie on the frame.
+    let most = lines::extent(&curves, |point| point.1).1.max(0.0);
+    let y = Some(Scale::linear(-0.05 * most, 1.05 * most));
+    let chart = Chart { name: amplitude.text(), title: Rich::default(), factor: amplitude.factor, y, curves };
     let at = view.held(&index, &[x]);
     let scene = lines::draw(&at, scale.in_unit(label.factor), &label.text(), &[chart], plot.width);
     let caption = rich(

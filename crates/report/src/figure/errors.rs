@@ -6,9 +6,9 @@ use super::verdict_panels::method_title;
 use super::{Figure, palette};
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
-use slipmap_figure::legend::{Legend, Sample};
-use slipmap_figure::panels::Panels;
-use slipmap_figure::scene::{Place, Scene, Stroke, Width};
+use slipmap_figure::lines::{self, Chart, Curve};
+use slipmap_figure::scene::{Place, Stroke, Width};
+use slipmap_figure::style::LineStyle;
 use slipmap_figure::text::{Rich, rich};
 
 /// Median, 95 % quantile and maximum of the error of a method at an eps, if they can be drawn on a
@@ -37,15 +37,23 @@ pub(crate) fn errors(view: &View, report: &Report, width: Width) -> Option<Figur
     if epsilons.len() == 1 {
         return None;
     }
-    let scale = scale(report, epsilons.len())?.in_unit(label.factor);
-    let mut scene = Scene::new(width.points(), 0.0);
-    lines(&mut scene, report, epsilons, scale, &label, width);
+    let y = scale(report, epsilons.len())?;
+    let x = Scale::logarithmic(epsilons[0] / 1.3, epsilons[epsilons.len() - 1] * 1.3);
+    let error = Label { name: rich("error of the critical damping"), ..label.clone() };
+    let chart = Chart {
+        name: error.text(),
+        title: Rich::default(),
+        factor: label.factor,
+        y: Some(y),
+        curves: report.boundaries.methods.iter().flat_map(|method| curves(method, epsilons)).collect(),
+    };
+    let scene = lines::draw(&Rich::default(), x, &Rich::symbol("epsilon"), &[chart], width);
     let caption = rich(
         "How far each method's critical damping is from the exact one, {c^*}. A column of the map is all dampings at \
          one value of each other parameter; in each column where both are known, the error is the distance between the \
          damping up to which the method claims the cycle and {c^*}. For a test that claims only what it proves, this is \
-         the width of the band that it leaves open. Marks: median over the columns; dashes: the error that 95 % of them \
-         do not exceed. {p}: the exponent between the two smallest {epsilon}, error ~ {epsilon}^{p}.",
+         the width of the band that it leaves open. Marks: median over the columns; thin lines: the error that 95 % of \
+         them do not exceed. {p}: the exponent between the two smallest {epsilon}, error ~ {epsilon}^{p}.",
     );
     let cells = report
         .boundaries
@@ -66,35 +74,23 @@ pub(crate) fn errors(view: &View, report: &Report, width: Width) -> Option<Figur
     Some(Figure { name: "boundary-error".into(), caption, scene, data })
 }
 
-fn lines(scene: &mut Scene, report: &Report, epsilons: &[f64], y: Scale, label: &Label, width: Width) {
-    let (first, last) = (epsilons[0], epsilons[epsilons.len() - 1]);
-    let x = Scale::logarithmic(first / 1.3, last * 1.3);
-    let panels = Panels::new(scene.width, 1, 1, width.select(0.85, 0.5), x, y);
-    let panel = panels.panels[0];
-    let mut legend = Legend::default();
-    for method in &report.boundaries.methods {
-        let style = palette::method(&method.method);
-        let known = epsilons.iter().enumerate().filter_map(|(e, &epsilon)| {
-            let (median, high, _) = drawn(method, e)?;
-            Some((panel.place(epsilon, median), panel.place(epsilon, high)))
-        });
-        let (places, high_places): (Vec<Place>, Vec<Place>) = known.unzip();
-        if places.is_empty() {
-            continue;
-        }
-        for (x, y) in high_places {
-            scene.line(&[(x - 4.0, y), (x + 4.0, y)], &Stroke::solid(style.stroke.color, 1.2));
-        }
-        scene.line(&places, &style.stroke);
-        for place in &places {
-            scene.marker(style.marker, *place, 5.0, style.stroke.color, false);
-        }
-        let name = method_title(&method.method).then(order(method));
-        legend.add(Sample::Method(style), name);
+/// The curves of the median and of the 95 % quantile of a method's errors; none without errors.
+fn curves(method: &MethodBoundary, epsilons: &[f64]) -> Vec<Curve> {
+    let known = epsilons.iter().enumerate().filter_map(|(e, &epsilon)| {
+        let (median, high, _) = drawn(method, e)?;
+        Some(((epsilon, median), (epsilon, high)))
+    });
+    let (medians, highs): (Vec<Place>, Vec<Place>) = known.unzip();
+    if medians.is_empty() {
+        return Vec::new();
     }
-    let error = Label { name: rich("error of the critical damping"), ..label.clone() };
-    panels.axes(scene, &Rich::symbol("epsilon"), &error.text());
-    legend.below(scene, panel.rect.x, panels.bottom);
+    let style = palette::method(&method.method);
+    let thin = LineStyle { stroke: Stroke { width: 0.5, ..style.stroke }, ..style };
+    let name = method_title(&method.method).then(order(method));
+    vec![
+        Curve { name: Rich::default(), style: thin, points: highs, marks: false },
+        Curve { name, style, points: medians, marks: true },
+    ]
 }
 
 /// ", p = 2.01".

@@ -7,6 +7,7 @@ use super::super::units::{View, join, kind_of_variable};
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
 use super::area::{self, Area, Layer};
+use super::bifurcations::boundary;
 use super::palette::{Kind, kinds};
 use super::slice::{
     ChoiceError, Held, Slice, drawn, errors_of, find_axis, hold, middle, nearest_node, picks_of, step,
@@ -232,8 +233,8 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         let plane = slice.plane();
         let curves = stored(map, &plane)
             .or_else(|| plot.curves.then(|| PlaneCurves::of(map.grid(), plane, &AtomicBool::new(false))));
-        let exact = variable.starts_with("verdict_");
-        areas.push(Area { slice, layer, errors, curves, exact, marks: plot.marks, title });
+        let exact = (curves.is_none() && variable.starts_with("verdict_")).then(|| boundary(&slice));
+        areas.push(Area { errors, curves, exact, marks: plot.marks, title, ..Area::new(slice, layer) });
     }
     let first = &areas[0];
     let at = view.held(&first.slice.index, &shown);
@@ -456,7 +457,7 @@ impl Context<'_> {
                     name: if several { of_all } else { label.text() },
                     title: self.titles[line.panel].clone(),
                     factor: label.factor,
-                    drawn_at_zero: false,
+                    y: None,
                     curves: Vec::new(),
                 };
                 charts.push((key, chart));

@@ -2,25 +2,21 @@
 
 use ndarray::Array2;
 
-use super::super::units::{View, join};
+use super::super::units::{Label, View, join};
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
-use super::bifurcations::{boundary, places};
-use super::palette;
+use super::area::{self, Area, Layer, cell_columns};
+use super::bifurcations::boundary;
+use super::palette::{self, Kind};
 use super::plot::{self, At, Plot};
 use super::slice::{Slice, picks};
-use slipmap_figure::data::{Data, Values};
-use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::data::Values;
 use slipmap_figure::lines::letter;
-use slipmap_figure::panels::{Panel, Panels};
-use slipmap_figure::region::outlines;
-use slipmap_figure::scene::{Fill, Place, Scene, Stroke, Width};
-use slipmap_figure::style;
+use slipmap_figure::scene::{Fill, Width};
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
-use slipmap_map::map::{Axis, PlaneCurves, Verdict};
+use slipmap_map::map::{Axis, Verdict};
 use slipmap_numbers::text::count;
-pub(super) use slipmap_page::curves::{EXACT, HALO};
 use slipmap_simulate::critical_damping;
 
 /// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
@@ -30,51 +26,29 @@ pub(super) const FEWEST_NODES: usize = 3;
 /// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
 
-/// The critical damping of the method whose panel it is.
-const OWN_EDGE: Stroke = Stroke { color: style::BLACK, width: 1.0, dash: &[2.0, 1.6] };
+/// Codes of wrong verdicts, beside those of [`Verdict`].
+const WRONG_PRESENCE: i8 = 10;
+const WRONG_ABSENCE: i8 = 11;
 
-/// Meaning of a cell in a method's panel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Claim {
-    Verdict(Verdict),
-    WrongPresence,
-    WrongAbsence,
+/// The kinds of cells in the panel of a method, in the order of the legend.
+fn claims() -> Vec<Kind> {
+    let wrong =
+        |code: i8, fill: Fill, words: &'static str| Kind { code, name: "", fill, words: words.into() };
+    let [present, absent, undecided, failed, not_computed] =
+        [Verdict::Present, Verdict::Absent, Verdict::Undecided, Verdict::Failed, Verdict::NotComputed]
+            .map(palette::verdict);
+    let presence = wrong(WRONG_PRESENCE, palette::WRONG_PRESENCE, "wrong: claims a cycle");
+    let absence = wrong(WRONG_ABSENCE, palette::WRONG_ABSENCE, "wrong: denies a cycle");
+    vec![present, absent, undecided, presence, absence, failed, not_computed]
 }
 
-impl Claim {
-    const ALL: [Claim; 7] = [
-        Claim::Verdict(Verdict::Present),
-        Claim::Verdict(Verdict::Absent),
-        Claim::Verdict(Verdict::Undecided),
-        Claim::WrongPresence,
-        Claim::WrongAbsence,
-        Claim::Verdict(Verdict::Failed),
-        Claim::Verdict(Verdict::NotComputed),
-    ];
-
-    fn is_wrong(self) -> bool {
-        matches!(self, Claim::WrongPresence | Claim::WrongAbsence)
-    }
-
-    fn of(method: i8, simulation: Option<i8>) -> Self {
-        let (present, absent) = (Verdict::Present.code(), Verdict::Absent.code());
-        match simulation {
-            Some(simulation) if method == present && simulation == absent => Claim::WrongPresence,
-            Some(simulation) if method == absent && simulation == present => Claim::WrongAbsence,
-            _ => Claim::Verdict(Verdict::of_code(method).unwrap_or(Verdict::Failed)),
-        }
-    }
-
-    /// Its fill, and its name in legends.
-    fn look(self) -> (Fill, Rich) {
-        match self {
-            Claim::Verdict(verdict) => {
-                let kind = palette::verdict(verdict);
-                (kind.fill, rich(&kind.words))
-            }
-            Claim::WrongPresence => (palette::WRONG_PRESENCE, rich("wrong: claims a cycle")),
-            Claim::WrongAbsence => (palette::WRONG_ABSENCE, rich("wrong: denies a cycle")),
-        }
+/// The code of a cell among [`claims`], by the verdicts of the method and of the simulation.
+fn claim(method: i8, simulation: i8) -> i8 {
+    let (present, absent) = (Verdict::Present.code(), Verdict::Absent.code());
+    match simulation {
+        _ if method == present && simulation == absent => WRONG_PRESENCE,
+        _ if method == absent && simulation == present => WRONG_ABSENCE,
+        _ => method,
     }
 }
 
@@ -233,11 +207,6 @@ fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportErr
     Ok(x_nodes.into_iter().zip(edge.iter().copied()).collect())
 }
 
-/// Whether there is a boundary to draw among the points returned by [`stored_edge`].
-fn has_edge(edge: &[(f64, f64)]) -> bool {
-    edge.iter().filter(|(_, c)| c.is_finite()).count() > 1
-}
-
 fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     let map = slice.view.map;
     let methods = map.methods();
@@ -245,21 +214,8 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
         .iter()
         .map(|method| slice.codes(&format!("verdict_{}", method.name())))
         .collect::<Result<Vec<_>, _>>()?;
-    let edges = methods
-        .iter()
-        .map(|method| match method.name() == SIMULATION {
-            // Its panel shows the exact boundary.
-            true => Ok(Vec::new()),
-            false => stored_edge(slice, method.name()),
-        })
-        .collect::<Result<Vec<_>, _>>()?;
     let simulation = methods.iter().position(|method| method.name() == SIMULATION);
     let [x, y] = slice.axes();
-    let [(x_scale, x_name), (y_scale, y_name)] = slice.scales();
-    let [x_edges, y_edges] = slice.edges();
-    let claim = |method: usize, i: usize, j: usize| {
-        Claim::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
-    };
     let undecided = |cells: &Array2<i8>| cells.iter().all(|code| *code == Verdict::Undecided.code());
     // Methods that are undecided everywhere are listed by name instead of drawn as panels.
     let (empty, shown): (Vec<usize>, Vec<usize>) = (0..methods.len()).partition(|&m| undecided(&codes[m]));
@@ -271,42 +227,23 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     };
     let held = slice.held();
     let heading = join([held.clone(), words("not drawn, because undecided everywhere: ")]);
-    let looks = Claim::ALL.map(Claim::look);
     let exact = boundary(slice);
-    let mut scene = Scene::new(width.points(), 0.0);
-    let columns = width.select(2, 4);
-    let panels = Panels::below(&mut scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
-    let mut used = vec![false; looks.len()];
-    let mut edged = false;
-    for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
-        let mut draw = |scene: &mut Scene, wrong: bool| {
-            for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong) {
-                let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
-                used[n] |= !areas.is_empty();
-                scene.area(&areas, looks[n].0);
-            }
+    let area = |(number, &m): (usize, &usize)| -> Result<Area, ReportError> {
+        let mut cells = codes[m].clone();
+        if let Some(simulation) = simulation {
+            cells.zip_mut_with(&codes[simulation], |code, simulated| *code = claim(*code, *simulated));
+        }
+        let own_edge = match simulation == Some(m) {
+            // Its panel shows the exact boundary.
+            true => Vec::new(),
+            false => stored_edge(slice, methods[m].name())?,
         };
-        let edge: Vec<Place> = edges[m].iter().map(|&(x, c)| panel.place(x, c)).collect();
-        edged |= has_edge(&edges[m]);
-        let (edge, curves) = ([edge], places(&exact, panel));
-        draw(&mut scene, false);
-        draw_lines(&mut scene, &edge, panel, &HALO);
-        draw_lines(&mut scene, &curves, panel, &HALO);
-        draw(&mut scene, true);
-        draw_lines(&mut scene, &edge, panel, &OWN_EDGE);
-        draw_lines(&mut scene, &curves, panel, &EXACT);
-        panel.title(&mut scene, &letter(number).then(method_title(methods[m].name())));
-    }
-    panels.axes(&mut scene, &x_name, &y_name);
-    let mut legend = Legend::default();
-    legend.add_used(&looks, &used);
-    if !exact.curves.is_empty() {
-        legend.add(Sample::Line(EXACT), rich("exact boundary"));
-    }
-    if edged {
-        legend.add(Sample::Line(OWN_EDGE), rich("the method's own critical damping"));
-    }
-    legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
+        let title = letter(number).then(method_title(methods[m].name()));
+        let layer = Layer::Codes(cells, claims());
+        Ok(Area { exact: Some(exact.clone()), own_edge, title, ..Area::new(slice.clone(), layer) })
+    };
+    let areas = shown.iter().enumerate().map(area).collect::<Result<Vec<_>, _>>()?;
+    let scene = area::draw(&areas, &heading, &Label::default(), false, width);
     let epsilon = match map.grid().epsilon_axis() {
         Some(axis) if axis != slice.x => epsilon_name(&map.grid().axes()[axis], slice.index[axis]),
         _ => String::new(),
@@ -358,26 +295,6 @@ pub(super) fn failed_words(what: &str, failed: impl Iterator<Item = bool>) -> Ri
     }
 }
 
-/// The coordinates of the cells of a slice, the vertical axis fastest, once for each of `panels`.
-pub(super) fn cell_columns(slice: &Slice, panels: usize) -> Data {
-    let [x, y] = slice.axes().map(|axis| slice.view.axis(axis));
-    let [x_nodes, y_nodes] = slice.nodes();
-    let (x_factor, y_factor) = (x.factor, y.factor);
-    let cells = x_nodes.iter().flat_map(|a| y_nodes.iter().map(move |b| (a * x_factor, b * y_factor)));
-    let (xs, ys): (Vec<f64>, Vec<f64>) = cells.unzip();
-    Data::default().reals(x.header(), xs.repeat(panels)).reals(y.header(), ys.repeat(panels))
-}
-
 pub(super) fn method_title(name: &str) -> Rich {
     Rich::foreign(&name.replace('_', " "))
-}
-
-/// Draws the exact boundary of a slice into its panel.
-pub(super) fn draw_exact(scene: &mut Scene, exact: &PlaneCurves, panel: &Panel) {
-    let curves = places(exact, panel);
-    [HALO, EXACT].iter().for_each(|stroke| draw_lines(scene, &curves, panel, stroke));
-}
-
-fn draw_lines(scene: &mut Scene, curves: &[Vec<Place>], panel: &Panel, stroke: &Stroke) {
-    scene.clipped(panel.rect, |scene| curves.iter().for_each(|curve| scene.line(curve, stroke)));
 }
