@@ -340,17 +340,18 @@ mod tests {
     #[test]
     fn verdicts_along_a_column_are_those_of_its_cells() {
         let thresholds = [f64::NEG_INFINITY, -1.0, 0.0, 0.5, 1.0, 2.0, f64::INFINITY, f64::NAN];
-        for [sticks_from, present_below, absent_above] in thresholds
-            .iter()
-            .flat_map(|&a| thresholds.iter().flat_map(move |&b| thresholds.map(|c| [a, b, c])))
-        {
-            // A claim of presence never meets one of absence.
-            if present_below > absent_above {
-                continue;
-            }
-            let claim = Claim { sticks_from, present_below, absent_above };
-            for cs in [&[][..], &[0.5], &[0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0]] {
-                let along = Dampings::new(cs).decide(&claim).into_iter();
+        for cs in [&[][..], &[0.5], &[0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0]] {
+            let mut dampings = Dampings::new(cs);
+            for [sticks_from, present_below, absent_above] in thresholds
+                .iter()
+                .flat_map(|&a| thresholds.iter().flat_map(move |&b| thresholds.map(|c| [a, b, c])))
+            {
+                // A claim of presence never meets one of absence.
+                if present_below > absent_above {
+                    continue;
+                }
+                let claim = Claim { sticks_from, present_below, absent_above };
+                let along = dampings.decide(&claim).into_iter();
                 let along: Vec<_> = along.flat_map(|(decision, cells)| vec![decision; cells]).collect();
                 let one_by_one: Vec<_> = cs.iter().map(|&c| claim.decide(c)).collect();
                 assert_eq!(along, one_by_one, "{claim:?} {cs:?}");
