@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 pub const MOST: usize = 8;
 
 /// The rule of N nodes. Functions are given by their values at the nodes, as the polynomials of degree N - 1
-/// through them.
+/// through them. Its rows begin at lines of the cache, as [`Aligned`](crate::Aligned) does.
+#[repr(align(64))]
 pub struct Rule<const N: usize> {
     /// The nodes, increasing.
     pub nodes: [f64; N],

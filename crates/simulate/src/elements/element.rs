@@ -1,7 +1,11 @@
 //! A part of the turn on which p' is one polynomial.
 
 use super::arithmetic::{apply, dot, first, sin_cos, turned};
+use slipmap_numbers::Aligned;
 use slipmap_numbers::gauss::{MOST, Rule};
+
+/// Values at the nodes.
+type Values = Aligned<MOST>;
 
 /// A part of the turn on which p' is one polynomial.
 #[derive(Clone, Debug, Default)]
@@ -11,20 +15,20 @@ pub(super) struct Element {
     pub(super) middle: f64,
     /// Half its width.
     pub(super) half: f64,
-    pub(super) cos: [f64; MOST],
-    pub(super) sin_cos: [f64; MOST],
-    pub(super) sin_squared: [f64; MOST],
+    pub(super) cos: Values,
+    pub(super) sin_cos: Values,
+    pub(super) sin_squared: Values,
     /// p at the nodes, and at the end.
-    pub(super) log_r: [f64; MOST],
+    pub(super) log_r: Values,
     pub(super) end: f64,
     /// p' at the nodes.
-    pub(super) slope: [f64; MOST],
+    pub(super) slope: Values,
     /// p' after the step of Newton's method, without dC and by dC; while it is prepared, g and dg/dC.
-    pub(super) next: [f64; MOST],
-    pub(super) by_damping: [f64; MOST],
+    pub(super) next: Values,
+    pub(super) by_damping: Values,
     /// dg/dp, and the residual g - p'.
-    pub(super) a: [f64; MOST],
-    pub(super) rho: [f64; MOST],
+    pub(super) a: Values,
+    pub(super) rho: Values,
 }
 
 impl Element {

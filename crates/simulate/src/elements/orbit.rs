@@ -6,6 +6,7 @@ use super::arithmetic::{apply, dot, first, sin_cos, sin_cos_of_turn, turned, wea
 use super::element::Element;
 use crate::polar::exp;
 use slipmap_model::friction::Weakening;
+use slipmap_numbers::Aligned;
 use slipmap_numbers::gauss::{MOST, Rule};
 
 /// Least dth/dt: the polar form applies as long as it is positive, but near zero g is hard to resolve.
@@ -171,7 +172,7 @@ impl Orbit<'_> {
         for element in &mut self.elements {
             let half = element.half;
             let [a, b, g, rho] =
-                [&element.a, &element.by_damping, &element.next, &element.rho].map(first::<N>);
+                [&element.a, &element.by_damping, &element.next, &element.rho].map(|of| first::<N>(of));
             let grown = apply(&rule.antiderivative, &a);
             let (mut weight, mut inverse, mut weighted_b, mut weighted_rho) =
                 ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
@@ -359,7 +360,7 @@ impl Orbit<'_> {
         let half = self.spans.len() / 2;
         let span = Span { piece, parts: parts(width) };
         let mut element = Element::new(piece);
-        (element.log_r, element.end) = ([log_r; MOST], log_r);
+        (element.log_r, element.end) = (Aligned::all(log_r), log_r);
         let before: usize = self.spans[..half].iter().map(|span| span.parts).sum();
         self.elements.splice(before..before, std::iter::repeat_n(element, 2 * span.parts));
         self.spans.splice(half..half, [span; 2]);
@@ -389,7 +390,7 @@ impl Orbit<'_> {
         for element in old {
             let width = element.half / parts as f64;
             for (part, matrix) in transfers.iter().enumerate() {
-                let slope = apply(matrix, &element.slope);
+                let slope = Aligned(apply(matrix, &element.slope));
                 let middle = width.mul_add(2.0 * part as f64 + 1.0, element.middle - element.half);
                 self.elements.push(Element { slope, middle, half: width, ..Element::new(element.piece) });
             }
