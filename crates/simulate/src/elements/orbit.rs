@@ -387,7 +387,7 @@ impl Orbit<'_> {
         }
         let old = std::mem::take(&mut self.elements);
         self.elements = Vec::with_capacity(parts * old.len());
-        for element in old {
+        for element in &old {
             let width = element.half / parts as f64;
             for (part, matrix) in transfers.iter().enumerate() {
                 let slope = Aligned(apply(matrix, &element.slope));
