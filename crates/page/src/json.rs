@@ -75,11 +75,11 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
     let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     let error = |of: fn(StandardErrors) -> Option<f64>| all.standard_errors.and_then(of);
     let open = all.left_open();
-    let (status, kick) = match all.needed_kick() {
-        NeededKick::Kick(kick) => ("kick", Some(kick)),
-        NeededKick::NotNeeded => ("not_needed", None),
-        NeededKick::None => ("none", None),
-        NeededKick::NotDetermined => ("not_determined", None),
+    let (status, kick, reason) = match all.needed_kick() {
+        NeededKick::Kick(kick) => ("kick", Some(kick), None),
+        NeededKick::NotNeeded => ("not_needed", None, None),
+        NeededKick::None => ("none", None, None),
+        NeededKick::NotDetermined => ("not_determined", None, why_no_kick(all)),
     };
     // What a hammer or the loss of a load gives to the mass, N s.
     let impulse = kick.map(|kick| kick.times(machine.mass));
@@ -98,7 +98,7 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "fragile_from_before_end_of_stick_seconds": all.fragile.map(|[before, _]| before),
         "fragile_for_seconds": all.fragile.map(|[_, lasts]| lasts),
         "kick_status": status,
-        "kick_reason": why_no_kick(all).filter(|_| status == "not_determined"),
+        "kick_reason": reason,
         "kick_forward": kick.map(|kick| kick.forward),
         "kick_backward": kick.map(|kick| kick.backward),
         "kick_forward_impulse": impulse.map(|kick| kick.forward),
