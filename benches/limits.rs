@@ -15,11 +15,11 @@ use std::process::ExitCode;
 use cpu_time::ThreadTime;
 use pulp::{Arch, Simd, WithSimd};
 use slipmap::certify;
+use slipmap::column::critical::critical_dampings;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law};
+use slipmap::orbits::return_map::{Turn, turns};
 use slipmap::point::{Point, ScaledGroups};
-use slipmap::simulate::critical::critical_dampings;
-use slipmap::simulate::return_map::{Turn, turns};
 use slipmap::witness;
 use slipmap_numbers::random::Random;
 

@@ -10,9 +10,9 @@
 use std::time::Instant;
 
 use rayon::prelude::*;
+use slipmap::column::critical::critical_dampings;
 use slipmap::friction::{Column, Law};
 use slipmap::machine::{Machine, Motion};
-use slipmap::simulate::critical::critical_dampings;
 
 /// Columns of one task, as in the Python package.
 const TASK: usize = 256;

@@ -11,12 +11,12 @@ use syn::{Attribute, Expr, ExprLit, Field, GenericArgument, Item, ItemStruct, Li
 /// Where the structs are, and which of them are read; all of a file if none is named. A second name is that of the class.
 const SOURCES: [(&str, &[(&str, &str)]); 8] = [
     ("numbers/src/range.rs", &[("Range", "Range")]),
-    ("simulate/src/lib.rs", &[("Cycle", "Cycle")]),
-    ("simulate/src/slip_cycle.rs", &[("Kick", "Kick")]),
-    ("simulate/src/sensitivity.rs", &[("Estimate", "Estimate")]),
-    ("map/src/machine.rs", &[("Units", "Units")]),
-    ("map/src/risk.rs", &[("Estimate", "WithLimits"), ("RareBy", "RareBy"), ("Risk", "Risk")]),
-    ("map/src/probe/result.rs", &[]),
+    ("orbits/src/lib.rs", &[("Cycle", "Cycle")]),
+    ("column/src/slip_cycle.rs", &[("Kick", "Kick")]),
+    ("column/src/sensitivity.rs", &[("Estimate", "Estimate")]),
+    ("machine/src/lib.rs", &[("Units", "Units")]),
+    ("machine/src/risk.rs", &[("Estimate", "WithLimits"), ("RareBy", "RareBy"), ("Risk", "Risk")]),
+    ("machine/src/probe/result.rs", &[]),
     ("config/src/measured/fit.rs", &[("FittedLaw", "FittedLaw"), ("Fitted", "Fitted")]),
 ];
 
@@ -139,7 +139,6 @@ fn python(of: &Type, names: &[(&str, &str)]) -> String {
                 ("bool", _) => "bool".into(),
                 ("str" | "String" | "Cow", _) => "str".into(),
                 ("Complex", _) => "complex".into(),
-                ("Limit", _) => "float | None".into(),
                 ("Option", Some(of)) => format!("{} | None", python(of, names)),
                 // Pairs of a name and a value are a map.
                 ("Vec", Some(Type::Tuple(pair))) => format!("dict[str, {}]", python(&pair.elems[1], names)),

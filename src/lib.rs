@@ -12,7 +12,9 @@
 //! use slipmap::certify::{self, Decision, Guarantee};
 //! use slipmap::filippov::Oscillator;
 //! use slipmap::friction::Law;
-//! use slipmap::simulate::{Fate, critical_damping, flow};
+//! use slipmap::column::critical_damping;
+//! use slipmap::flow::Fate;
+//! use slipmap::orbits::flow;
 //!
 //! // eps; alpha, beta, gamma; V; c.
 //! let point = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.6)?;
@@ -54,9 +56,12 @@
 //! at any time.
 
 pub use slipmap_certify as certify;
-pub use slipmap_map::{behaviour, dataset, machine, probe, risk};
-pub use slipmap_model::{filippov, point};
-pub use slipmap_simulate as simulate;
+pub use slipmap_column as column;
+pub use slipmap_machine as machine;
+pub use slipmap_machine::{behaviour, probe, risk};
+pub use slipmap_map::dataset;
+pub use slipmap_model::{filippov, flow, point};
+pub use slipmap_orbits as orbits;
 pub use slipmap_witness as witness;
 
 #[cfg(feature = "config")]
@@ -70,7 +75,7 @@ pub use slipmap_format as store;
 #[doc(hidden)]
 pub use slipmap_explore as explore;
 #[doc(hidden)]
-pub use slipmap_map::assessment;
+pub use slipmap_machine::assessment;
 #[cfg(feature = "report")]
 #[doc(hidden)]
 pub use {slipmap_report as report, slipmap_study as study};
@@ -109,7 +114,9 @@ pub mod friction {
     //! use slipmap::certify::TESTS;
     //! use slipmap::filippov::Oscillator;
     //! use slipmap::friction::{CustomLaw, Law, Parameter};
-    //! use slipmap::simulate::{Fate, critical_damping, flow};
+    //! use slipmap::column::critical_damping;
+    //! use slipmap::flow::Fate;
+    //! use slipmap::orbits::flow;
     //!
     //! /// The friction of R. I. Leine and others, 1 / (1 + a u).
     //! #[derive(Debug)]
@@ -156,7 +163,8 @@ pub mod map {
     //! What a map computes is a [`Plan`]:
     //! ```
     //! use slipmap::friction::Law;
-    //! use slipmap::map::{Field, Grid, Method, Plan};
+    //! use slipmap::column::Method;
+    //! use slipmap::map::{Field, Grid, Plan};
     //!
     //! // eps, alpha, beta, gamma, V, c: two columns of three cells.
     //! let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![1.0, 2.0], vec![1.0], vec![0.0, 0.3, 0.6]];
@@ -169,7 +177,8 @@ pub mod map {
     //! [`run`] computes it, and hands its tiles to a [`Sink`], such as a function of [`Each`]:
     //! ```
     //! use slipmap::friction::Law;
-    //! use slipmap::map::{self, Control, Each, Grid, Plan, Verdict};
+    //! use slipmap::column::Verdict;
+    //! use slipmap::map::{self, Control, Each, Grid, Plan};
     //!
     //! let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![2.0], vec![1.0], vec![0.0, 0.3, 0.9]];
     //! let plan = Plan::builder(Grid::new(Law::Stribeck, nodes.to_vec())?).build()?;
@@ -180,7 +189,7 @@ pub mod map {
     //! # Ok::<(), Box<dyn std::error::Error>>(())
     //! ```
 
-    pub use slipmap_map::map::*;
+    pub use slipmap_map::*;
 }
 
 pub mod theory {

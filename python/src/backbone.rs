@@ -2,7 +2,7 @@
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
-use slipmap::simulate::backbone::Backbone;
+use slipmap::column::backbone::Backbone;
 
 use crate::columns::Arguments;
 use crate::law::Law;

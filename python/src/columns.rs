@@ -6,13 +6,14 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use slipmap::column::critical::{CriticalDamping, critical_dampings};
+use slipmap::column::{Method, Regime, Verdict, regime as regime_of};
 use slipmap::config::point_of;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law as Family};
-use slipmap::map::{Engine, Method, Regime, Verdict, decide, regime as regime_of};
+use slipmap::map::{Engine, decide};
+use slipmap::orbits::flow;
 use slipmap::point::Point;
-use slipmap::simulate::critical::{CriticalDamping, critical_dampings};
-use slipmap::simulate::flow;
 
 use crate::law::{Law, check_law, choose, legal_point};
 use crate::point::check_tolerance;

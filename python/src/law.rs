@@ -6,7 +6,6 @@ use pyo3::prelude::*;
 use slipmap::config::{self, Level, number_in};
 use slipmap::friction::{Function, Law as Family, PointError, Table};
 use slipmap::machine::{Coefficients, DAMPING_RATIO, Motion, unit};
-use slipmap::map::Grid;
 use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 /// A family of friction laws; its parameters are given at every call.
@@ -224,7 +223,7 @@ impl Law {
     /// Names of the axes of a map of this law, slowest first.
     #[getter]
     fn axes(&self) -> Vec<&'static str> {
-        Grid::axis_names(&self.law)
+        self.law.axis_names()
     }
 
     /// phi and -phi' at the slip speeds `u`.
@@ -282,7 +281,7 @@ pub(crate) fn level(given: Option<f64>, at_peak: bool) -> PyResult<Level> {
     }
 }
 
-/// The point of values in the order of [`Grid::axis_names`], `place` being where the caller has them.
+/// The point of values in the order of [`Law::axis_names`], `place` being where the caller has them.
 pub(crate) fn legal_point(law: &Family, values: &[f64], place: impl Fn() -> String) -> PyResult<Point> {
     config::point_of(law, values).map_err(|error| {
         PyValueError::new_err(match error {
@@ -294,7 +293,7 @@ pub(crate) fn legal_point(law: &Family, values: &[f64], place: impl Fn() -> Stri
     })
 }
 
-/// The point of values in the order of [`Grid::axis_names`], at which the law is legal.
+/// The point of values in the order of [`Law::axis_names`], at which the law is legal.
 pub(crate) fn point_of(law: &Family, values: &[f64]) -> PyResult<Point> {
     let point = legal_point(law, values, String::new)?;
     check_law(law, &point)?;

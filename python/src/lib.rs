@@ -19,7 +19,8 @@ mod sensitivity;
 mod work;
 
 use pyo3::prelude::*;
-use slipmap::map::{Field, Method, Regime, Verdict};
+use slipmap::column::{Method, Regime, Verdict};
+use slipmap::map::Field;
 
 /// The compiled part of slipmap.
 #[pymodule]

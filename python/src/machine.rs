@@ -8,13 +8,14 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use slipmap::assessment::{StandardErrors, assess_fitted, with_errors};
 use slipmap::behaviour::behaviour;
+use slipmap::column::Method;
+use slipmap::column::critical::{NoCriticalDamping, critical_dampings};
 use slipmap::config::{check_names, load_machine};
 use slipmap::friction::{Column, Expression, Law as Family};
 use slipmap::machine::{self as engine, Coefficients, Friction, Model, NORMAL_FORCE};
-use slipmap::map::{Method, Shown};
+use slipmap::map::Shown;
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk, uncertain_critical_damping};
-use slipmap::simulate::critical::{NoCriticalDamping, critical_dampings};
 use slipmap::witness;
 use slipmap_page::{MachinePage, Subject, to_json};
 

@@ -13,8 +13,9 @@ use slipmap::config::Job;
 use slipmap::dataset::attributes::{self, Outcome};
 use slipmap::dataset::{Auxiliary, Contents, Provenance, Schema, Series, Value, auxiliary, curves, si_name};
 use slipmap::friction::Law as Family;
+use slipmap::map::Chances;
 use slipmap::map::{ComputeError, Control, Each, Engine, Field, Grid, Plan, PlaneCurves, TileData};
-use slipmap::risk::{Chances, Uncertain};
+use slipmap::risk::Uncertain;
 
 use crate::columns::method;
 use crate::law::{Law, choose};
@@ -22,7 +23,7 @@ use crate::work::run;
 
 /// The grid with these nodes, in the order of the law's axes.
 pub(crate) fn grid_of(law: &Family, nodes: Vec<Vec<f64>>) -> PyResult<Grid> {
-    let axes = Grid::axis_names(law);
+    let axes = law.axis_names();
     if nodes.len() != axes.len() {
         return Err(PyValueError::new_err(format!("give nodes for each axis: {}", axes.join(", "))));
     }

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use slipmap::map::Method;
+use slipmap::column::Method;
 use slipmap::probe::{Answer, Probe};
 use slipmap::witness;
 

@@ -3,8 +3,8 @@
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use slipmap::column::sensitivity::{self as engine, Estimate, Sensitivity};
 use slipmap::friction::Law as Family;
-use slipmap::simulate::sensitivity::{self as engine, Estimate, Sensitivity};
 
 use crate::columns::Arguments;
 use crate::law::{Law, point_of};

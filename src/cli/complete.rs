@@ -12,10 +12,10 @@ use super::summary::{self, RunReport};
 use super::{Ended, Failure, progress, proof, say};
 use slipmap_config::Job;
 use slipmap_format::{Journals, Outcome, StoreError};
+use slipmap_machine::risk::NoRisk;
 use slipmap_map::clock::process_time;
 use slipmap_map::dataset::auxiliary;
-use slipmap_map::map::{self, Account, ComputeError, Control, Earlier, Summary};
-use slipmap_map::risk::{Chances, NoRisk};
+use slipmap_map::{Account, Chances, ComputeError, Control, Earlier, Summary};
 
 /// Options of a command that makes a map.
 pub(super) struct Asked {
@@ -52,7 +52,7 @@ pub(super) fn compute(
     let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
     let control = Control { threads: asked.threads, on_plane: &on_plane, stop, ..Control::default() };
     let earlier = Earlier { account: found.account.clone(), seconds: found.seconds };
-    let computed = map::run_with(&job.plan, &control, earlier, || {
+    let computed = slipmap_map::run_with(&job.plan, &control, earlier, || {
         let computed = tiles();
         let count = job.plan.planes.len() as u64;
         planes.get_or_init(|| progress::bar(asked.quiet || count == 0, Some(count), "planes of curves"));

@@ -12,15 +12,14 @@ use super::output::{self, Align, Table, bytes, count, duration, number_of, objec
 use super::preflight::{Preflight, peak, sizes};
 use super::threads::cores;
 use super::{Ended, Failure};
+use slipmap_column::bifurcation::MOST_CURVE_WORK;
+use slipmap_column::continuation::MOST_POINTS;
 use slipmap_config::Job;
 use slipmap_format::LengthSink;
 use slipmap_map::clock::process_time;
 use slipmap_map::dataset::Schema;
-use slipmap_map::map::{self, Control, Grid, Plan, Shard};
-use slipmap_map::risk::Chances;
+use slipmap_map::{Chances, Control, Grid, Plan, Shard};
 use slipmap_numbers::text::short;
-use slipmap_simulate::bifurcation::MOST_CURVE_WORK;
-use slipmap_simulate::continuation::MOST_POINTS;
 
 /// Duration above which a sample is extrapolated.
 const ENOUGH: Duration = Duration::from_millis(200);
@@ -61,7 +60,7 @@ fn budgets(job: &Job) -> Vec<(&'static str, String)> {
         budgets.push(("curves", format!("in {planes}, of each kind {each} and {work:.1e} right-hand sides")));
     }
     if plan.proof_boxes > 0 {
-        budgets.push(("proof", format!("at most {} boxes", count(map::boxes_to_try(plan)))));
+        budgets.push(("proof", format!("at most {} boxes", count(slipmap_map::boxes_to_try(plan)))));
     }
     if let Some(chances) = Chances::of(&job.plan.grid, &job.uncertain) {
         let draws = number_of(chances.draws, "draw");
@@ -230,7 +229,7 @@ fn timed(plan: &Plan, sample: &Grid, workers: usize) -> Timed {
     });
     let control = Control { threads: Some(workers), on_cells: &on_cells, stop: &stop, ..Control::default() };
     // An interrupted sample counts as far as it went.
-    let _ = map::run(&plan, &sink, &control);
+    let _ = slipmap_map::run(&plan, &sink, &control);
     let elapsed = start.elapsed();
     let seconds = match cfg!(unix) {
         true => (process_time() - process).as_secs_f64(),

@@ -13,14 +13,14 @@ use super::report::{failure, unwritten};
 use super::summary::refuse_machine;
 use super::threads::not_started;
 use super::{Ended, Failure, interrupt, progress};
+use slipmap_column::Method;
+use slipmap_column::limits::HIGHEST;
 use slipmap_config::Job;
 use slipmap_format::files::create_folders;
-use slipmap_map::map::limits::HIGHEST;
-use slipmap_map::map::{self, Grid, Method};
-use slipmap_map::probe::command_line;
+use slipmap_machine::probe::command_line;
 use slipmap_numbers::text::{known_part, rounded};
+use slipmap_orbits::naive::NaiveKnobs;
 use slipmap_report::{Existing, csv_text, write_file};
-use slipmap_simulate::naive::NaiveKnobs;
 use slipmap_study::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
 
 /// Largest number of cells: more would take hours.
@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let refuse = |name| replace::check("--out", &folder.join(name), None, arguments.overwrite);
         FILES.into_iter().try_for_each(refuse)?;
     }
-    let pool = map::pool(arguments.threads).map_err(not_started)?;
+    let pool = slipmap_map::pool(arguments.threads).map_err(not_started)?;
     let points = failures::points_of(grid);
     let bar = progress::bar(arguments.quiet, Some(points.len() as u64), "cells");
     let comparison = Comparison {
@@ -254,14 +254,14 @@ impl CataloguePage<'_> {
         let law = self.job.plan.grid.law();
         let mut header = vec!["method", "failure", "mechanism", "cells"];
         header.extend(["farthest_c", "farthest_c_error", "farthest_epsilon"]);
-        header.extend(Grid::axis_names(law));
+        header.extend(law.axis_names());
         header.push("probe");
         let rows = self.classes().map(|(method, class)| {
             let words = [method.method.name(), class.kind.name(), class.mechanism.name()];
             let mut row: Vec<String> = words.map(str::to_owned).into();
             row.push(class.cells.to_string());
             row.extend([class.farthest_c, class.farthest_c_error, class.farthest_epsilon].map(number));
-            row.extend(Grid::coordinates(law, &class.example).into_iter().map(|(_, value)| exact(value)));
+            row.extend(law.coordinates(&class.example).into_iter().map(|(_, value)| exact(value)));
             row.push(self.probe(class));
             row
         });

@@ -15,8 +15,8 @@ use super::replace;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
 use slipmap_config::MachineJob;
-use slipmap_map::assessment::{Assessment, assess_fitted};
-use slipmap_map::risk::{NoRisk, Risk, is_uncertain, risk};
+use slipmap_machine::assessment::{Assessment, assess_fitted};
+use slipmap_machine::risk::{NoRisk, Risk, is_uncertain, risk};
 use slipmap_report::{MachinePage, Subject, to_json, write_figure, write_file};
 
 /// Assess a machine at its working point, on one page.

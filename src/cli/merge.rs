@@ -9,7 +9,7 @@ use super::preflight::{Permission, Preflight};
 use super::run::{abandon_in_time, complete_already, provenance, refused, report_loss, with_how_to_continue};
 use super::{Ended, Failure, NOTHING_LEFT, interrupt, threads};
 use slipmap_format::Journals;
-use slipmap_map::map::ComputeError;
+use slipmap_map::ComputeError;
 
 /// Make the map of what shards have computed.
 #[derive(Debug, Args)]
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     abandon_in_time(Some(job.output.clone()));
     let &Arguments { threads, json, quiet, .. } = arguments;
     let asked = Asked { threads, replaces_proof: true, json, quiet };
-    let none = || Ok((slipmap_map::map::Account::none(&job.plan), threads.unwrap_or_else(threads::cores)));
+    let none = || Ok((slipmap_map::Account::none(&job.plan), threads.unwrap_or_else(threads::cores)));
     let stopped = |error: &ComputeError<_>| match error {
         ComputeError::Threads(why) => threads::not_started(why),
         _ => Failure::Interrupted(NOTHING_LEFT.into()),

@@ -8,8 +8,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use super::Failure;
 use super::output::exact;
 use slipmap_config::{Level, Measured, decimal_comma, has_unit, nearest, point_into, point_of};
-use slipmap_map::map::Grid;
-use slipmap_map::probe::{axis_names, flag};
+use slipmap_machine::probe::{axis_names, flag};
 use slipmap_model::friction::{ExpressionError, Law, PointError};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
@@ -204,7 +203,7 @@ impl PointArguments {
 
     /// The point of `law`; every axis of the law must have been given, and no other.
     pub(super) fn point(&self, law: &Law) -> Result<Point, Failure> {
-        let axes = Grid::axis_names(law);
+        let axes = law.axis_names();
         let value = |name: &str| self.given.iter().find(|(given, _)| *given == name).map(|(_, value)| *value);
         let missing: Vec<_> = axes
             .iter()
@@ -242,7 +241,7 @@ impl PointArguments {
 
     /// Refuses a parameter that does not belong to the law.
     pub(super) fn refuse_foreign(&self, law: &Law) -> Result<(), Failure> {
-        let axes = Grid::axis_names(law);
+        let axes = law.axis_names();
         match self.given.iter().find(|(name, _)| !axes.contains(&name.as_str())) {
             None => Ok(()),
             Some((foreign, _)) => {
@@ -332,7 +331,7 @@ mod tests {
     use clap::Parser as _;
 
     use super::*;
-    use slipmap_map::probe::command_line;
+    use slipmap_machine::probe::command_line;
 
     #[derive(clap::Parser)]
     struct Line {
@@ -347,14 +346,14 @@ mod tests {
         let values = [1e-3, 1.0 / 3.0, 0.0, 1e17, 2.0, 5e-324];
         let point = point_of(&Law::Stribeck, &values).unwrap();
         assert_eq!(
-            Grid::coordinates(&Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
+            Law::Stribeck.coordinates(&point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
             values
         );
-        for tolerance in [slipmap_map::map::DEFAULT_TOLERANCE, 1e-12] {
+        for tolerance in [slipmap_column::DEFAULT_TOLERANCE, 1e-12] {
             let line = command_line(&Law::Stribeck, &point, tolerance);
             let read = Line::try_parse_from(line.strip_prefix("slipmap ").unwrap().split(' ')).unwrap();
             assert_eq!(read.point.point(&Law::Stribeck).unwrap(), point);
-            assert_eq!(read.tolerance.unwrap_or(slipmap_map::map::DEFAULT_TOLERANCE), tolerance);
+            assert_eq!(read.tolerance.unwrap_or(slipmap_column::DEFAULT_TOLERANCE), tolerance);
         }
     }
 }

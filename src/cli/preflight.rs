@@ -8,7 +8,7 @@ use super::output::{bytes, count};
 use super::{Ended, Failure, replace, say};
 use slipmap_config::Job;
 use slipmap_format::files::{self, folder_of};
-use slipmap_map::map::Grid;
+use slipmap_map::Grid;
 
 /// State of the output's path and of its disk.
 #[derive(Debug)]

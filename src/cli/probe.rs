@@ -15,22 +15,25 @@ use super::{Ended, Failure, WRITTEN_BY, probe_table, proof};
 use slipmap_certify::certificate::Format as _;
 use slipmap_certify::point_certificate::PointCertificate;
 use slipmap_certify::slip_count::{SlipCount, proves_absence};
+use slipmap_column::crossing::CrossingCycles;
+use slipmap_column::limits::{HIGHEST, Limit, Unknown};
+use slipmap_column::sensitivity::NoSensitivity;
+use slipmap_column::{BasinBoundary, Method, Neighbour, separates};
 use slipmap_config::{MachineJob, check_tolerance, load_machine};
-use slipmap_map::assessment::StandardErrors;
-use slipmap_map::behaviour::behaviour;
-use slipmap_map::machine::Model;
-use slipmap_map::map::limits::{HIGHEST, Limit, Unknown};
-use slipmap_map::map::{BasinBoundary, Grid, Method, Quantity};
-use slipmap_map::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
+use slipmap_machine::Model;
+use slipmap_machine::assessment::StandardErrors;
+use slipmap_machine::behaviour::behaviour;
+use slipmap_machine::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
+use slipmap_map::Quantity;
 use slipmap_model::filippov::Eigenvalues;
+use slipmap_model::flow::{Fate, Flow};
 use slipmap_model::friction::Law;
+use slipmap_model::friction::Range;
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{known_part, rounded, with_error};
+use slipmap_orbits::Cycle;
 use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
 use slipmap_report::{UnitSystem, write_figure, write_file};
-use slipmap_simulate::crossing::CrossingCycles;
-use slipmap_simulate::sensitivity::NoSensitivity;
-use slipmap_simulate::{Cycle, Fate, Flow, Neighbour, Range, separates};
 use slipmap_witness::Start;
 
 /// Ask every method about one point, or about each row of a table.
@@ -152,7 +155,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     super::probe_machine::warn_of_law(&law);
     if arguments.points.is_some() {
         let given = |name: &&str| arguments.point.given.iter().any(|(known, _)| known == name);
-        if Grid::axis_names(&law).iter().all(given) {
+        if law.axis_names().iter().all(given) {
             let help = "leave out the parameters that are columns of the table";
             return Err(Failure::bad_input("both a point and a table were given", help));
         }
@@ -257,7 +260,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     use Align::{Left, Right};
 
     writeln!(out, "Point of the law `{}`", answer.law.name())?;
-    let words: Vec<String> = Grid::coordinates(&answer.law, &answer.point)
+    let words: Vec<String> = answer
+        .law
+        .coordinates(&answer.point)
         .into_iter()
         .map(|(name, value)| format!("{name} = {}", exact(value)))
         .collect();
@@ -533,7 +538,7 @@ fn unknown_limits(answer: &Answer, limits: &[Limit]) -> Vec<(Unknown, String)> {
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory as _;
-    use slipmap_map::map::DEFAULT_TOLERANCE;
+    use slipmap_column::DEFAULT_TOLERANCE;
 
     use super::*;
 

@@ -6,12 +6,13 @@ use std::path::Path;
 use super::output::{Align, Table, short};
 use super::point::Setting;
 use super::{Failure, say};
+use slipmap_column::Regime;
 use slipmap_config::{MachineJob, load_machine};
-use slipmap_map::assessment::StandardErrors;
-use slipmap_map::behaviour::{Behaviour, Limit};
-use slipmap_map::machine::{Dimension, Friction, Machine, negative};
-use slipmap_map::map::{Regime, Shown};
-use slipmap_map::probe::regime_words;
+use slipmap_machine::assessment::StandardErrors;
+use slipmap_machine::behaviour::{Behaviour, Limit};
+use slipmap_machine::probe::regime_words;
+use slipmap_machine::{Dimension, Friction, Machine, negative};
+use slipmap_map::Shown;
 use slipmap_model::friction::{Law, Table as Measured};
 use slipmap_numbers::text::{rounded, with_error};
 

@@ -9,7 +9,7 @@ use super::plot::{TWO, width};
 use super::replace;
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_format::{MapFile, StoreError};
-use slipmap_map::map::Control;
+use slipmap_map::Control;
 use slipmap_report::figure::Width;
 use slipmap_report::{Existing, Report, ReportError, ReportOptions, View};
 use slipmap_study::benchmark::StudyError;

@@ -16,7 +16,7 @@ use super::report::existing;
 use super::{Ended, Failure, GIT, estimate, interrupt, output, progress, say, threads};
 use slipmap_config::Job;
 use slipmap_format::{Journals, PartialMap, Provenance, StoreError};
-use slipmap_map::map::{self, ComputeError, Control, Queue, Shard};
+use slipmap_map::{ComputeError, Control, Queue, Shard};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -147,7 +147,7 @@ fn compute(arguments: &Arguments, job: &Job, map: PartialMap, stop: &AtomicBool)
     let on_cells = |cells| bar.inc(cells as u64);
     let control = Control { threads: arguments.threads, on_cells: &on_cells, stop, ..Control::default() };
     let tiles = || {
-        let computed = map::compute_tiles(&job.plan, &map, &control, &|| queue.take());
+        let computed = slipmap_map::compute_tiles(&job.plan, &map, &control, &|| queue.take());
         bar.finish_and_clear();
         computed
     };
@@ -177,7 +177,7 @@ fn compute_shard(
     let queue = Queue::new(others.collect());
     let on_cells = |_| bar.inc(1);
     let control = Control { threads: arguments.threads, on_cells: &on_cells, stop, ..Control::default() };
-    let computed = map::compute_tiles(&job.plan, map, &control, &|| queue.take());
+    let computed = slipmap_map::compute_tiles(&job.plan, map, &control, &|| queue.take());
     bar.finish_and_clear();
     match computed {
         Ok(_) => {}

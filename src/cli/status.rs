@@ -10,8 +10,8 @@ use super::merge::{how_to_compute, ranges};
 use super::output::{self, count, duration, number_of};
 use super::run::{provenance, refused, report_loss};
 use super::{Ended, Failure};
+use slipmap_column::Verdict;
 use slipmap_format::Journals;
-use slipmap_map::map::Verdict;
 
 /// Tell how far a map is.
 #[derive(Debug, Args)]

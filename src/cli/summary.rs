@@ -6,11 +6,12 @@ use serde_json::json;
 
 use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, exact, number_of, object, short};
+use slipmap_column::bifurcation::Bifurcation;
+use slipmap_column::{Verdict, left_out};
 use slipmap_config::{Job, load_machine};
-use slipmap_map::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict, left_out};
-use slipmap_map::probe::{command_line, fate_name};
+use slipmap_machine::probe::{command_line, fate_name};
+use slipmap_map::{Axis, LISTED, PlaneCurves, Proofs, Summary};
 use slipmap_report::proved::{Rounded, proved_percent};
-use slipmap_simulate::bifurcation::Bifurcation;
 
 /// Share of the box left undecided above which the summary says what to raise.
 const MUCH_UNDECIDED: f64 = 0.01;
@@ -389,11 +390,11 @@ fn short3(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use slipmap_map::map::{
+    use slipmap_map::{
         Account, Audit, Contradiction, Contradictions, Disagreement, FailedCell, MethodAccount, Unknown,
     };
+    use slipmap_model::flow::{Failure as Breakdown, Fate};
     use slipmap_model::friction::Law;
-    use slipmap_simulate::{Failure as Breakdown, Fate};
 
     fn job() -> Job {
         let folder = tempfile::tempdir().unwrap();

@@ -4,10 +4,9 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use slipmap::column::{Method, Regime, Verdict};
 use slipmap::friction::Law;
-use slipmap::map::{
-    Account, Field, Grid, Method, MethodCells, Plan, Regime, Runs, Sink, Tile, TileData, Verdict,
-};
+use slipmap::map::{Account, Field, Grid, MethodCells, Plan, Runs, Sink, Tile, TileData};
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{
     CheckReport, Existing, MapFile, Outcome, PartialMap, Provenance, StoreError, Value, check,

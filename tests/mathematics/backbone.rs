@@ -1,12 +1,12 @@
 //! The backbone C(r), the damping at which the orbit of each amplitude closes, and the cycles read from it.
 
+use slipmap::column::backbone::Backbone;
+use slipmap::column::critical_damping;
+use slipmap::column::slip_cycle::slip_cycles;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::simulate::Cycle;
-use slipmap::simulate::arc::{SlipTurn, turn};
-use slipmap::simulate::backbone::Backbone;
-use slipmap::simulate::critical_damping;
-use slipmap::simulate::slip_cycle::slip_cycles;
+use slipmap::orbits::Cycle;
+use slipmap::orbits::arc::{SlipTurn, turn};
 
 fn column(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Column {
     law.column(&law.point(epsilon, parameters, belt_speed, 0.0).unwrap())

@@ -3,11 +3,11 @@
 
 use cpu_time::ThreadTime;
 use slipmap::certify::Guarantee;
+use slipmap::column::{Method, Verdict};
+use slipmap::flow::Fate;
 use slipmap::friction::{Law, Table};
-use slipmap::map::{Grid, Method, Verdict};
 use slipmap::point::Point;
 use slipmap::probe::{Answer, Probe};
-use slipmap::simulate::Fate;
 use slipmap::witness;
 
 use crate::sample::{Random, Sampling, formula};
@@ -88,7 +88,7 @@ fn ask(law: &Law, point: &Point) -> (Option<String>, f64) {
         .chain(truth.filter(|_| !close).map(|truth| ("direct", truth)))
         .collect();
     let wrong = decided.iter().any(|(_, verdict)| *verdict != decided[0].1);
-    let coordinates = Grid::coordinates(law, point);
+    let coordinates = law.coordinates(&point);
     (wrong.then(|| format!("{} {coordinates:?}: {decided:?}, direct {direct:?}", law.definition())), seconds)
 }
 
@@ -100,7 +100,7 @@ fn ask_many(points: usize, seed: u64) -> Vec<(f64, String)> {
         let law = &laws[i % laws.len()];
         let point = point(&mut random, law);
         let (problem, seconds) = ask(law, &point);
-        let name = format!("{} {:?}", law.definition(), Grid::coordinates(law, &point));
+        let name = format!("{} {:?}", law.definition(), law.coordinates(&point));
         // Printed at once, so that a long run that is cut short has reported its problems.
         if seconds > LONGEST || problem.is_some() {
             println!("{i}: {seconds:.2} s, {problem:?}: {name}");

@@ -3,7 +3,8 @@
 use crate::sample::{ENGINES, Expansion, Random, Sample, Sampling, check_order};
 use slipmap::certify::{Decision, by_name};
 use slipmap::filippov::Side;
-use slipmap::simulate::{Fate, Landing, flow};
+use slipmap::flow::{Fate, Landing};
+use slipmap::orbits::flow;
 use slipmap::witness;
 use slipmap::witness::{Ending, Phase, Start, trace};
 use std::f64::consts::{PI, TAU};

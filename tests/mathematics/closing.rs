@@ -2,13 +2,15 @@
 //! x2') and the direct engine, for strong weakening too; regimes counted on a coarse backbone are those of
 //! cycles that are located.
 
+use slipmap::column::backbone::{Backbone, TurningPoint};
+use slipmap::column::critical_damping;
+use slipmap::column::slip_cycle::slip_cycles;
+use slipmap::column::{Regime, regime, slip_cycle_count};
 use slipmap::filippov::Oscillator;
+use slipmap::flow::Fate;
 use slipmap::friction::{Column, Law, Table};
-use slipmap::map::{Regime, regime, slip_cycle_count};
-use slipmap::simulate::arc::{SlipTurn, turn};
-use slipmap::simulate::backbone::{Backbone, TurningPoint};
-use slipmap::simulate::slip_cycle::slip_cycles;
-use slipmap::simulate::{Fate, critical_damping, flow};
+use slipmap::orbits::arc::{SlipTurn, turn};
+use slipmap::orbits::flow;
 use slipmap::witness;
 
 use crate::sample::{Random, Sampling, at_one, formula, returns};

@@ -3,11 +3,13 @@
 
 use crate::reference::{CriticalPoint, column_points, other_column_points};
 use crate::sample::returns;
+use slipmap::column::critical::critical_dampings;
+use slipmap::column::{Regime, Verdict, regime};
 use slipmap::filippov::Oscillator;
+use slipmap::flow::{Failure, Fate, Flow};
 use slipmap::friction::{Column, Law, Table};
-use slipmap::map::{Engine, Regime, Verdict, decide, regime};
-use slipmap::simulate::critical::critical_dampings;
-use slipmap::simulate::{Failure, Fate, Flow, flow};
+use slipmap::map::{Engine, decide};
+use slipmap::orbits::flow;
 use slipmap::witness;
 
 /// Relative accuracy of the tables.

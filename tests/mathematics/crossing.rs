@@ -1,12 +1,15 @@
 //! Cycles that cross the belt line, and loops beyond the exit point, which tend to them or inward.
 
+use slipmap::column;
+use slipmap::column::crossing::{self, reach, some_cross_for_ever, stick_slip_cycle};
+use slipmap::column::slip_cycle::{Unknown, slip_cycles};
+use slipmap::column::{Attractors, Regime};
+use slipmap::column::{Neighbour, crossing_separates};
 use slipmap::filippov::Oscillator;
+use slipmap::flow::Failure;
 use slipmap::friction::Law;
-use slipmap::map::{self, Attractors, Regime};
-use slipmap::simulate::crossing::{self, reach, some_cross_for_ever, stick_slip_cycle};
-use slipmap::simulate::far_loops::FarLoops;
-use slipmap::simulate::slip_cycle::{Unknown, slip_cycles};
-use slipmap::simulate::{Cycle, Failure, Neighbour, crossing_separates, flow};
+use slipmap::orbits::far_loops::FarLoops;
+use slipmap::orbits::{Cycle, flow};
 
 use crate::sample::{Random, Sample, Sampling, at_one, formula};
 
@@ -36,9 +39,9 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cy
 }
 
 /// The regime of a point with all of its loops, also those that reach slip speeds at which friction pushes, which
-/// [`map::regime`] leaves out.
+/// [`column::regime`] leaves out.
 fn regime_of_all_loops(oscillator: &Oscillator) -> Regime {
-    let attractors = map::regime(oscillator, &flow(oscillator, 1e-9)).attractors();
+    let attractors = column::regime(oscillator, &flow(oscillator, 1e-9)).attractors();
     if attractors == Regime::Failed.attractors() {
         return Regime::Failed;
     }
@@ -126,7 +129,7 @@ fn crossing_cycles_far_out_are_found() {
 fn regimes_leave_out_loops_that_reach_friction_that_pushes() {
     let law = formula("0.5+0.5*exp(-u)-0.01*u");
     let oscillator = at_one(&law, &[], 1.0, 0.005);
-    assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlip);
+    assert_eq!(column::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlip);
     let from = FarLoops::where_friction_resists(&oscillator.curve, 1.0).left_out_from();
     assert!(from.is_some_and(|from| (from - 50.0).abs() < 1e-3), "{from:?}");
 }
@@ -295,7 +298,7 @@ fn orbits_of_nearly_critical_damping_come_to_rest() {
                 "{belt_speed} {damping}"
             );
             assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{belt_speed} {damping}");
-            let regime = map::regime(&oscillator, &flow(&oscillator, 1e-9));
+            let regime = column::regime(&oscillator, &flow(&oscillator, 1e-9));
             assert_eq!(regime, Regime::Equilibrium, "{belt_speed} {damping}");
         }
     }

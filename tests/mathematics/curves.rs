@@ -1,15 +1,16 @@
 //! Curves of codimension one compared with closed forms, root-finding along single columns, and direct
 //! simulation on both sides.
 
+use slipmap::column::backbone::Backbone;
+use slipmap::column::bifurcation::{Bifurcation, CurveWork};
+use slipmap::column::continuation::{Branch, CurvePoint, zero_curves};
+use slipmap::column::critical_damping;
+use slipmap::column::slip_cycle::slip_cycles;
 use slipmap::filippov::Oscillator;
+use slipmap::flow::Fate;
 use slipmap::friction::{Expression, Law, Table};
 use slipmap::map::{Grid, Plane, PlaneCurves};
 use slipmap::point::LawParameters;
-use slipmap::simulate::backbone::Backbone;
-use slipmap::simulate::bifurcation::{Bifurcation, CurveWork};
-use slipmap::simulate::continuation::{Branch, CurvePoint, zero_curves};
-use slipmap::simulate::slip_cycle::slip_cycles;
-use slipmap::simulate::{Fate, critical_damping};
 use slipmap::witness;
 
 use crate::sample::{at_one, formula};

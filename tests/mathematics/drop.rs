@@ -5,9 +5,11 @@ use std::f64::consts::TAU;
 
 use slipmap::certify::symmetric;
 use slipmap::certify::validated::any_law;
+use slipmap::column::critical_damping;
 use slipmap::filippov::Oscillator;
+use slipmap::flow::Fate;
 use slipmap::friction::{Column, Curve, Expression, Law};
-use slipmap::simulate::{Fate, critical_damping, flow};
+use slipmap::orbits::flow;
 use slipmap::witness::{self, Ending, Phase, Start, trace};
 
 use crate::crossing::{Loop, crossing_loop};

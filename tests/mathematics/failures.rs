@@ -5,12 +5,14 @@
 use std::f64::consts::TAU;
 
 use slipmap::certify;
+use slipmap::column::Verdict;
+use slipmap::column::critical_damping;
 use slipmap::filippov::Oscillator;
+use slipmap::flow::{Fate, Landing};
 use slipmap::friction::{Column, Law};
-use slipmap::map::Verdict;
+use slipmap::orbits::flow;
+use slipmap::orbits::naive::{NaiveKnobs, NaiveMethod, NaiveVerdict};
 use slipmap::point::Point;
-use slipmap::simulate::naive::{NaiveKnobs, NaiveMethod, NaiveVerdict};
-use slipmap::simulate::{Fate, Landing, critical_damping, flow};
 use slipmap::witness;
 
 const TOLERANCE: f64 = 1e-9;

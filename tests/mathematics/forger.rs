@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 use slipmap::certify::certificate::{Certificate, Format as _};
 use slipmap::certify::validated::surface::Surface;
 use slipmap::certify::validated::tile::GroupBox;
+use slipmap::column::critical_damping;
 use slipmap::friction::Law;
-use slipmap::simulate::critical_damping;
 use std::sync::LazyLock;
 
 /// Valid certificates: tiles along one axis, tiles and open boxes along two, and one of no width at all.

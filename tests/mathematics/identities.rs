@@ -3,7 +3,9 @@
 
 use crate::sample::{ENGINES, Expansion, Random, Sample, Sampling, check_order};
 use slipmap::certify::Decision;
-use slipmap::simulate::{CriticalDamping, Fate, Flow, critical_damping, flow};
+use slipmap::column::{CriticalDamping, critical_damping};
+use slipmap::flow::{Fate, Flow};
+use slipmap::orbits::flow;
 use slipmap::witness;
 use std::f64::consts::PI;
 

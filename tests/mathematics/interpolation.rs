@@ -1,12 +1,12 @@
 //! Verdicts and regimes that maps interpolate between columns, compared with those of each column's own
 //! critical damping and backbone, and with the direct engine.
 
+use slipmap::column::critical_damping;
+use slipmap::column::{Method, Regime, Verdict};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Law, Table};
-use slipmap::map::{
-    Account, Control, Each, Engine, Field, Grid, Method, Plan, Queue, Regime, TileData, Verdict, unravel,
-};
-use slipmap::simulate::{critical_damping, flow};
+use slipmap::map::{Account, Control, Each, Engine, Field, Grid, Plan, Queue, TileData, unravel};
+use slipmap::orbits::flow;
 use std::sync::Mutex;
 
 use crate::sample::{Random, formula};
@@ -144,7 +144,7 @@ fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
         for (cell, &(_, regime)) in found.iter().enumerate() {
             let point = grid.point(&unravel(cell, &grid.shape()));
             let oscillator = Oscillator::new(&law, &point);
-            let alone = slipmap::map::regime(&oscillator, &flow(&oscillator, 1e-9));
+            let alone = slipmap::column::regime(&oscillator, &flow(&oscillator, 1e-9));
             assert_eq!(regime, alone, "{law:?} {point:?}");
             if !seen.contains(&regime) {
                 seen.push(regime);

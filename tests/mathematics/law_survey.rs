@@ -4,7 +4,7 @@ use crate::agreement::{damping, law};
 use crate::sample::{Random, Sampling};
 use rayon::prelude::*;
 use slipmap::filippov::Oscillator;
-use slipmap::simulate::return_map::{Turn, turns_of};
+use slipmap::orbits::return_map::{Turn, turns_of};
 use slipmap::witness;
 
 /// The margin of one turn by the engine of maps, at several tolerances, and by the direct engine.

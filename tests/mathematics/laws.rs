@@ -6,10 +6,12 @@ use crate::runge_kutta::step;
 use crate::sample::{Random, Sampling, formula};
 use slipmap::certify::validated::{self, any_law};
 use slipmap::certify::{Decision, Guarantee, TESTS, Test};
+use slipmap::column::critical_damping;
 use slipmap::filippov::{Eigenvalues, Oscillator};
+use slipmap::flow::Fate;
 use slipmap::friction::{Accuracy, Column, CustomLaw, Expression, Function, Law, Parameter, Table};
+use slipmap::orbits::flow;
 use slipmap::point::LawParameters;
-use slipmap::simulate::{Fate, critical_damping, flow};
 use slipmap::witness;
 use slipmap::witness::{Start, trace};
 

@@ -1,13 +1,15 @@
-//! Limits in eps: the thresholds that [`slipmap::map::limits`] proves, and the limits themselves, compared
+//! Limits in eps: the thresholds that [`slipmap::column::limits`] proves, and the limits themselves, compared
 //! with fine grids of eps and closed forms.
 
 use crate::sample::{Random, Sample, Sampling};
 use slipmap::certify::{self, Decision};
+use slipmap::column::critical_damping;
+use slipmap::column::limits::{HIGHEST, LOWEST, Limit, Proved, Ray};
+use slipmap::column::{Method, Verdict};
 use slipmap::filippov::Oscillator;
+use slipmap::flow::Fate;
 use slipmap::friction::Law;
-use slipmap::map::limits::{HIGHEST, LOWEST, Limit, Proved, Ray};
-use slipmap::map::{Method, Verdict};
-use slipmap::simulate::{Fate, critical_damping, flow};
+use slipmap::orbits::flow;
 
 const TOLERANCE: f64 = 1e-9;
 

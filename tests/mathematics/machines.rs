@@ -1,10 +1,10 @@
 //! Machines: boundaries that are known in closed form over their own quantities.
 
+use slipmap::column::bifurcation::Bifurcation;
 use slipmap::friction::{Expression, Law, Range};
 use slipmap::machine::{Machine, Model, Motion};
 use slipmap::map::{Grid, Plane, PlaneCurves};
 use slipmap::probe::Answer;
-use slipmap::simulate::bifurcation::Bifurcation;
 
 /// 2 kg on 800 N/m, so that sqrt(k m) = 40 N s/m, with friction from 0.4 to 0.3.
 fn machine(law: &Law, more: &[(&str, f64)]) -> Machine {

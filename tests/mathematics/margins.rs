@@ -1,8 +1,8 @@
 //! Margins interpolated along columns and in grids, compared with single turns, and their work.
 
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::simulate::margins::{Margins, margins};
-use slipmap::simulate::return_map::{Turn, turns_of};
+use slipmap::orbits::margins::{Margins, margins};
+use slipmap::orbits::return_map::{Turn, turns_of};
 
 /// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and reproducibly.
 fn spread(i: usize, axis: i32) -> f64 {

@@ -4,16 +4,17 @@
 use std::f64::consts::{PI, TAU};
 
 use slipmap::certify;
+use slipmap::column;
+use slipmap::column::crossing::stick_slip_cycle;
+use slipmap::column::slip_cycle::{Kick, kick_onto, slip_cycles};
+use slipmap::column::{Attractors, Regime};
+use slipmap::column::{Neighbour, critical_damping, crossing_separates, separates};
 use slipmap::filippov::{Eigenvalues, Oscillator, Side, Stability};
+use slipmap::flow::{Failure, Fate, Flow};
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::map::{self, Attractors, Regime};
+use slipmap::orbits::arc::{SlipTurn, turn};
+use slipmap::orbits::{Cycle, flow};
 use slipmap::point::Point;
-use slipmap::simulate::arc::{SlipTurn, turn};
-use slipmap::simulate::crossing::stick_slip_cycle;
-use slipmap::simulate::slip_cycle::{Kick, kick_onto, slip_cycles};
-use slipmap::simulate::{
-    Cycle, Failure, Fate, Flow, Neighbour, critical_damping, crossing_separates, flow, separates,
-};
 use slipmap::witness::{self, Ending, Phase, Start, Trace, trace};
 
 use crate::crossing::{Loop, crossing_cycles, crossing_loop};
@@ -114,7 +115,7 @@ fn orbits_on_both_sides_of_the_unstable_cycle_end_where_the_regime_says() {
         for fraction in [0.3, 0.7] {
             let oscillator = in_band(&column, fraction);
             let found = all(&oscillator);
-            assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-12)), Regime::Bistable);
+            assert_eq!(column::regime(&oscillator, &flow(&oscillator, 1e-12)), Regime::Bistable);
             let (cycle, kick) = (found.slip[0], found.kick.unwrap());
             let rest = oscillator.equilibrium_x1();
             let starts = |factor: f64| {
@@ -317,7 +318,7 @@ fn friction_that_falls_next_to_rest_has_a_regime() {
         {
             let oscillator = at_one(&Law::Exponential, &[0.2, 5.0 * share, 0.0], 5.0, damping);
             let flow = flow(&oscillator, 1e-9);
-            assert_eq!(map::regime(&oscillator, &flow), wanted, "{share} {damping}: {flow:?}");
+            assert_eq!(column::regime(&oscillator, &flow), wanted, "{share} {damping}: {flow:?}");
         }
     }
 }
@@ -376,7 +377,7 @@ fn cycles_and_regimes_are_consistent_at_random_points() {
         let oscillator = Oscillator::in_column(&column, damping);
         let answer = flow(&oscillator, 1e-12);
         let found = Known::of(&oscillator, &answer, 1e-10);
-        let regime = map::regime(&oscillator, &answer);
+        let regime = column::regime(&oscillator, &answer);
         let label = format!("{regime:?} {found:?} at {epsilon} {law:?} {belt_speed} {damping}");
         met[Regime::ALL.iter().position(|r| *r == regime).unwrap()] += 1;
 
@@ -460,7 +461,7 @@ fn three_attractors_have_a_name() {
     let cycles = slip_cycles(&oscillator, 1e-12).unwrap();
     let stable: Vec<bool> = cycles.iter().map(Cycle::is_stable).collect();
     assert_eq!(stable, [false, true, false], "{cycles:?}");
-    assert_eq!(map::regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip);
+    assert_eq!(column::regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip);
     let sides: Vec<[Neighbour; 2]> = [0, 2].map(|i| separates(i, 3, &answer.fate)).to_vec();
     assert_eq!(
         sides,
@@ -507,7 +508,7 @@ fn steady_slip_among_orbits_that_close_is_neutral() {
     let law = Law::Table(Table::new("flat", &data, 1.0).unwrap());
     let regime = |c: f64| {
         let oscillator = at_one(&law, &[], 1.5, c);
-        map::regime(&oscillator, &flow(&oscillator, 1e-10))
+        column::regime(&oscillator, &flow(&oscillator, 1e-10))
     };
     assert_eq!(regime(0.0), Regime::Neutral);
     assert_eq!(regime(1e-3), Regime::Bistable);
@@ -528,7 +529,7 @@ fn regimes_next_to_a_narrow_step_are_known() {
         let oscillator = Oscillator::new(&law, &point);
         let answer = flow(&oscillator, 1e-9);
         assert!(oscillator.eigenvalues().is_stable() && matches!(answer.fate, Fate::Sticks(_)), "{answer:?}");
-        assert_eq!(map::regime(&oscillator, &answer), Regime::Bistable, "{point:?}");
+        assert_eq!(column::regime(&oscillator, &answer), Regime::Bistable, "{point:?}");
     }
 }
 
@@ -547,7 +548,7 @@ fn small_terms_are_resolved_to_second_order() {
             let oscillator = Oscillator::new(&Law::Stribeck, &point);
             let answer = flow(&oscillator, 1e-9);
             assert_eq!(answer.fate, Fate::SpiralsInward, "{epsilon} {answer:?}");
-            assert_eq!(map::regime(&oscillator, &answer), Regime::Equilibrium, "{epsilon}");
+            assert_eq!(column::regime(&oscillator, &answer), Regime::Equilibrium, "{epsilon}");
         }
     }
 }
@@ -567,8 +568,8 @@ fn three_cycles_next_to_a_cusp_of_folds_are_counted() {
         let law = formula(text);
         let oscillator = at_one(&law, &[], belt_speed, damping);
         let answer = flow(&oscillator, 1e-9);
-        assert_eq!(map::slip_cycle_count(&oscillator, &answer), Some(3), "{text}");
-        assert_eq!(map::regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip, "{text}");
+        assert_eq!(column::slip_cycle_count(&oscillator, &answer), Some(3), "{text}");
+        assert_eq!(column::regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip, "{text}");
         assert_eq!(slip_cycles(&oscillator, 1e-10).unwrap().len(), 3, "{text}");
     }
 }
@@ -593,6 +594,6 @@ fn regimes_of_scattered_data_next_to_the_boundary_are_known() {
         (1.1, Regime::Equilibrium),
     ] {
         let oscillator = Oscillator::in_column(&column, share * critical);
-        assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), expected, "{share} of {critical}");
+        assert_eq!(column::regime(&oscillator, &flow(&oscillator, 1e-9)), expected, "{share} of {critical}");
     }
 }

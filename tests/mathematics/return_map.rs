@@ -2,11 +2,13 @@
 
 use crate::reference::{ReferenceFate, critical_points, margin_points};
 use crate::sample::{ENGINES, at_one, formula};
+use slipmap::column::critical_damping;
 use slipmap::filippov::Oscillator;
+use slipmap::flow::Fate;
 use slipmap::friction::{Column, Law};
+use slipmap::orbits::flow;
+use slipmap::orbits::return_map::{Turn, turns, turns_of};
 use slipmap::point::{Point, ScaledGroups};
-use slipmap::simulate::return_map::{Turn, turns, turns_of};
-use slipmap::simulate::{Fate, critical_damping, flow};
 
 /// Within its error at every tolerance, too.
 #[test]

@@ -1,10 +1,10 @@
 //! The derivatives of the critical damping, compared with differences; the influence of the friction curve,
 //! compared with laws that differ in one range of slip speeds.
 
+use slipmap::column::sensitivity::{Estimate, Influence, NoSensitivity, influence, sensitivity};
+use slipmap::column::{CriticalDamping, critical_damping};
 use slipmap::friction::{Column, Law, Table};
 use slipmap::point::Point;
-use slipmap::simulate::sensitivity::{Estimate, Influence, NoSensitivity, influence, sensitivity};
-use slipmap::simulate::{CriticalDamping, critical_damping};
 
 use crate::sample::{Random, formula};
 

@@ -6,12 +6,14 @@ use std::f64::consts::PI;
 use crate::runge_kutta;
 use crate::sample::{Random, Sampling, at_one, formula};
 use slipmap::certify::slip_count::count_slip_cycles;
+use slipmap::column::critical_damping;
+use slipmap::column::slip_cycle::{kick_onto, none_proved, slip_cycles};
+use slipmap::column::{Regime, regime};
 use slipmap::filippov::Oscillator;
+use slipmap::flow::Fate;
 use slipmap::friction::{Column, Expression, Law};
-use slipmap::map::{Regime, regime};
+use slipmap::orbits::flow;
 use slipmap::point::LawParameters;
-use slipmap::simulate::slip_cycle::{kick_onto, none_proved, slip_cycles};
-use slipmap::simulate::{Fate, critical_damping, flow};
 use slipmap::witness::{self, Start, trace};
 
 /// The belt oscillator of J. J. Thomsen and A. Fidlin, "Analytical approximations for stick-slip vibration

@@ -3,10 +3,12 @@
 
 use crate::reference;
 use crate::sample::{Random, Sampling, formula, returns};
+use slipmap::column::Verdict;
+use slipmap::column::{CriticalDamping, critical_damping};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::map::{Engine, Verdict, decide};
-use slipmap::simulate::{CriticalDamping, critical_damping, flow};
+use slipmap::map::{Engine, decide};
+use slipmap::orbits::flow;
 use slipmap::witness;
 
 /// The next largest x2 of the oscillator without friction's fall, x2'' + c x2' + x2 = 0, from the exit point

@@ -5,9 +5,10 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use crate::command::{Says, Scratch};
+use slipmap::column::Verdict;
 use slipmap::config::StudySettings;
 use slipmap::friction::Law;
-use slipmap::map::{Grid, Verdict};
+use slipmap::map::Grid;
 use slipmap::report::figure::Width;
 use slipmap::report::figure::work_precision::chart;
 use slipmap::report::work_precision::{add_peers, write_study};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::command::{Says, Scratch};
 use serde_json::Value;
-use slipmap::map::Method;
+use slipmap::column::Method;
 
 type Row = BTreeMap<String, String>;
 

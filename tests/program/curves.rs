@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicBool;
 
 use hdf5::File;
+use slipmap::column::bifurcation::Bifurcation;
 use slipmap::map::{Plane, PlaneCurves};
-use slipmap::simulate::bifurcation::Bifurcation;
 use slipmap::store::MapFile;
 
 use crate::command::{Says, Scratch};

@@ -3,7 +3,7 @@
 use std::fs;
 
 use hdf5::File;
-use slipmap::map::Verdict;
+use slipmap::column::Verdict;
 
 use crate::command::{Says, Scratch, random};
 use crate::hostile::{LABEL, PLOT, assert_no_control_characters, bounded, damaged_copy, forge, scratch};

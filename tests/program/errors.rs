@@ -4,7 +4,7 @@
 //! vs ln(1/vs).
 
 use serde_json::Value;
-use slipmap::map::Verdict;
+use slipmap::column::Verdict;
 use slipmap::store::MapFile;
 
 use crate::command::{Says, Scratch};

@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use serde_json::Value;
+use slipmap::column::Verdict;
 use slipmap::config::Job;
-use slipmap::map::{self, Account, Contradiction, Contradictions, Control, Queue, Sink, TileData, Verdict};
+use slipmap::map::{self, Account, Contradiction, Contradictions, Control, Queue, Sink, TileData};
 use slipmap::store::{Existing, MapFile, PackedTile, PartialMap, Provenance, StoreError};
 use slipmap_numbers::random::Random;
 

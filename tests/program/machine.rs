@@ -92,7 +92,7 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
             let speed = number(&format!("belt_speed [{}]", motion.unit(Dimension::Velocity)));
             let damping = number(&format!("damping [{}]", motion.unit(Dimension::Damping)));
             let model = machine.with("belt_speed", speed).unwrap().model().unwrap();
-            let root = slipmap::simulate::critical_damping(&model.column(), 1e-10).unwrap();
+            let root = slipmap::column::critical_damping(&model.column(), 1e-10).unwrap();
             // c* changes by at most a hundred from side to side, and is located to 1e-10.
             assert!(number("error") < 1e-9);
             assert!((root.c - damping / model.si.damping).abs() < 1e-7, "{row:?} {root:?}");

@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::command::{Says, Scratch};
+use slipmap::column::{Method, Regime, Verdict};
 use slipmap::config::load_machine;
-use slipmap::map::{Method, Regime, Verdict, unravel};
+use slipmap::map::unravel;
 use slipmap::probe::Answer;
 use slipmap::store::{MapFile, Pick};
 
@@ -223,7 +224,7 @@ fn the_drill_string_starts_to_stick_at_its_thresholds() {
             model.column().in_unit(model.si.damping)
         };
         // The thresholds have seven digits, those of the Hopf bifurcation six.
-        let critical = |rpm: f64| slipmap::simulate::critical_damping(&column(rpm), 1e-11).unwrap().c;
+        let critical = |rpm: f64| slipmap::column::critical_damping(&column(rpm), 1e-11).unwrap().c;
         assert!(critical(sticks - 1e-5) > damping && critical(sticks + 1e-5) < damping, "{weight}");
         let unstable = |rpm: f64| {
             let column = column(rpm);

@@ -3,7 +3,7 @@
 use crate::command::{PROBE, Run, Says, Scratch};
 use crate::machine::rows;
 use serde_json::Value;
-use slipmap::map::Method;
+use slipmap::column::Method;
 
 const POINT: [(&str, f64); 6] =
     [("epsilon", 0.1), ("alpha", 0.3), ("beta", 0.1), ("gamma", 2.0), ("V", 1.0), ("c", 0.5)];

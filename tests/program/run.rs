@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use crate::command::{Run, Says, Scratch, signal};
 use crate::proofs::written_again;
 use serde_json::Value;
+use slipmap::column::Method;
 use slipmap::filippov::Oscillator;
-use slipmap::map::{Grid, Method};
+use slipmap::map::Grid;
 use slipmap::store::MapFile;
 
 /// A small map across the boundary of existence.
@@ -153,7 +154,7 @@ fn the_fields_of_a_map_are_the_answers_of_probe() {
                 None => assert!(!margin.is_finite(), "{name}: {margin} at {point:?}"),
             }
         }
-        let regimes = slipmap::map::Regime::ALL.map(slipmap::map::Regime::name);
+        let regimes = slipmap::column::Regime::ALL.map(slipmap::column::Regime::name);
         assert_eq!(answer["regime"], regimes[usize::try_from(code("regime")).unwrap()]);
         match answer["landing"]["x1"].as_f64() {
             Some(x1) => assert_eq!(real("landing_x1"), x1),
@@ -226,7 +227,7 @@ fn the_margin_of_a_map_is_that_of_probe() {
         for (index, cell) in cells(grid) {
             let stored = map.reals("margin_simulation", &cell).unwrap().iter().copied().next().unwrap();
             let point = grid.point(&index);
-            let found = slipmap::simulate::flow(&Oscillator::new(grid.law(), &point), tolerance).margin;
+            let found = slipmap::orbits::flow(&Oscillator::new(grid.law(), &point), tolerance).margin;
             let same = (stored - found).abs() <= 2.0 * tolerance * found.abs().max(1.0);
             assert!(same || stored.is_nan() && found.is_nan(), "{stored} {found} at {point:?}");
             nodes += u32::from(found == -1.0);

@@ -1,7 +1,7 @@
 //! Closed-form tests for stick-slip limit cycles, one file each, and their table.
 //!
 //! Every test answers the question "does the orbit that leaves the belt at the exit point stick again?" by
-//! thresholds along the damping axis: a [`Claim`] per [`Column`]. This module does not use `simulate`: the
+//! thresholds along the damping axis: a [`Claim`] per [`Column`]. This module does not use `orbits`: the
 //! agreement of the two is evidence only while they are independent.
 //!
 //! # Equation numbers

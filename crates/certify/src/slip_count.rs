@@ -360,7 +360,7 @@ mod tests {
     use super::*;
     use slipmap_model::friction::{Expression, Law};
     use slipmap_model::point::LawParameters;
-    use slipmap_simulate::arc::{SlipTurn, turn};
+    use slipmap_orbits::arc::{SlipTurn, turn};
 
     fn oscillators() -> Vec<Oscillator> {
         let wavy = Law::Expression(Expression::new("1 - s*(u - a*sin(k*u)/k)", 1.0).unwrap());

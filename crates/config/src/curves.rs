@@ -3,7 +3,7 @@
 use super::machine::in_si;
 use super::source::{ConfigError, Node, Section, Shape};
 use super::{choice, nearest, refuse_unknown_keys};
-use slipmap_map::map::{Axis, CURVE_COLUMNS, Grid, Plane};
+use slipmap_map::{Axis, CURVE_COLUMNS, Grid, Plane};
 
 pub(super) const KEYS: [&str; 1] = ["planes"];
 
@@ -45,7 +45,7 @@ fn plane(table: &Section, machine: &Section, grid: &Grid) -> Result<Plane, Confi
     let axes = grid.axes();
     let known = match grid.machine() {
         Some(machine) => machine.quantities().into_iter().map(|(name, _)| name).collect(),
-        None => Grid::axis_names(grid.law()),
+        None => grid.law().axis_names(),
     };
     let place = |name: &'static str| Some((name, axes.iter().position(|axis| axis.name == name)?));
     let names: Vec<(&'static str, usize)> = known.into_iter().filter_map(place).collect();

@@ -4,7 +4,7 @@
 use toml_edit::{Item, TableLike, Value};
 
 use super::source::{ConfigError, Section, Shape};
-use slipmap_map::risk::{MOST_JOINT, Spread};
+use slipmap_machine::risk::{MOST_JOINT, Spread};
 use slipmap_model::friction::Law;
 
 /// Key of the fit in `[friction]`, and of the covariance in it.

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::measured::{Level, Measured, OfMachine};
 use super::source::{ConfigError, Node, Section};
 use super::{choice, fitted, nearest};
-use slipmap_map::machine::{Friction, Motion};
-use slipmap_map::map::{AxisRole, Grid, unravel};
+use slipmap_machine::{Friction, Motion};
+use slipmap_map::{AxisRole, Grid, unravel};
 use slipmap_model::friction::{Expression, ExpressionError, Law};
 use slipmap_model::point::MAX_LAW_PARAMETERS;
 

@@ -30,13 +30,14 @@ use source::{Node, Section, Source};
 pub use units::{has_unit, number_in};
 
 use slipmap_certify::validated;
-use slipmap_map::map::{
-    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field, Grid,
-    GridError, MOST_AUDIT_CELLS, Method, Plan, Shown, TOLERANCES,
+use slipmap_column::{DEFAULT_TOLERANCE, Method, TOLERANCES};
+use slipmap_machine::risk::Uncertain;
+use slipmap_map::{
+    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, Engine, Field, Grid, GridError,
+    MOST_AUDIT_CELLS, Plan, Shown,
 };
-use slipmap_map::risk::Uncertain;
 use slipmap_model::friction::Law;
-use slipmap_simulate::naive::NaiveKnobs;
+use slipmap_orbits::naive::NaiveKnobs;
 
 /// A validated configuration: what to compute, and where to write it.
 #[derive(Clone, Debug)]
@@ -229,7 +230,7 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
         "friction" => law::KEYS.to_vec(),
         // What may be left out is known, too.
         "grid" => {
-            let mut names = Grid::axis_names(&law.clone().with_exponent());
+            let mut names = law.clone().with_exponent().axis_names();
             names.extend((!names.contains(&"drop")).then_some("drop"));
             names
         }
@@ -290,7 +291,7 @@ fn refuse_unknown_keys(section: &Section, known: &[&'static str]) -> Result<(), 
 
 /// Reads every axis of `law`.
 fn grid(section: &Section, law: &Law) -> Result<Grid, ConfigError> {
-    let names = Grid::axis_names(law);
+    let names = law.axis_names();
     if !section.is_present() {
         let remedy = "a grid to start from is written by: slipmap init grid";
         return Err(section.missing(names[0], remedy.into()));

@@ -8,12 +8,12 @@ use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
 use super::units::{Match, compare, conversion, converted, with_unit};
 use super::{axis, choice, fitted, law, nearest, refuse_unknown_keys};
-use slipmap_map::machine::{
+use slipmap_machine::risk::{Spread, Uncertain};
+use slipmap_machine::{
     AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, Dimension, FREQUENCY, Friction, Given, INERTIA,
     MASS, Machine, Motion, NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
 };
-use slipmap_map::map::{Grid, Shown};
-use slipmap_map::risk::{Spread, Uncertain};
+use slipmap_map::{Grid, Shown};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
 use slipmap_model::point::LawParameters;
 

@@ -13,8 +13,7 @@ use super::law::point_into;
 use super::nearest;
 use super::source::{ConfigError, decimal_comma};
 use super::units::{Match, bracketed, compare, conversion, converted, has_unit};
-use slipmap_map::machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
-use slipmap_map::map::Grid;
+use slipmap_machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
 use slipmap_model::friction::{Law, PointError};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
@@ -76,7 +75,7 @@ impl PointTable {
         if has("exponent") {
             law = law.with_exponent();
         }
-        if has("drop") && !Grid::axis_names(&law).contains(&"drop") {
+        if has("drop") && !law.axis_names().contains(&"drop") {
             if law.may_drop() || law.parameters().len() >= MAX_LAW_PARAMETERS {
                 let problem =
                     "the column `drop` is there, and the law has a drop already, or no room for one";
@@ -86,7 +85,7 @@ impl PointTable {
             law = law.with_drop();
         }
         let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
-        let names: Vec<&str> = Grid::axis_names(&law).into_iter().filter(|name| !is_shared(name)).collect();
+        let names: Vec<&str> = law.axis_names().into_iter().filter(|name| !is_shared(name)).collect();
         let columns = find_axes(&table.name, &table.header, &names, None)?.0;
         Ok((Self { names, columns, shared: shared.to_vec(), ..table }, law))
     }
@@ -243,10 +242,8 @@ impl PointTable {
         let of_row = |name: &str| values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
         let of_all =
             |name: &str| self.shared.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
-        let values: Vec<f64> = Grid::axis_names(law)
-            .into_iter()
-            .filter_map(|name| of_row(name).or_else(|| of_all(name)))
-            .collect();
+        let values: Vec<f64> =
+            law.axis_names().into_iter().filter_map(|name| of_row(name).or_else(|| of_all(name))).collect();
         point_of(law, &values).map_err(|error| {
             let PointError::OutOfDomain { name, value, domain: wanted } = error else {
                 unreachable!("{error}")
@@ -294,7 +291,7 @@ impl PointTable {
     }
 }
 
-/// The point with the given value on each axis of `law`, in the order of [`Grid::axis_names`].
+/// The point with the given value on each axis of `law`, in the order of [`Law::axis_names`].
 ///
 /// # Errors
 /// The first value that is not legal on its axis.

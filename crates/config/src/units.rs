@@ -1,7 +1,7 @@
 //! Units as people write them in the headers of tables: `mm/s`, `mm s^-1`, `mm_per_s`, `N·s/m`, `kg m²`,
 //! `rpm`.
 
-use slipmap_map::machine::{Dimension, Motion};
+use slipmap_machine::{Dimension, Motion};
 use slipmap_numbers::text::rounded;
 
 /// Exponents of kg, m, s and rad.

@@ -6,9 +6,9 @@ use serde_json::json;
 
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
-use slipmap_map::map::{Plane, PlaneCurve, PlaneCurves};
+use slipmap_column::bifurcation::Bifurcation;
+use slipmap_map::{Plane, PlaneCurve, PlaneCurves};
 use slipmap_report::figure::bifurcations::line_style;
-use slipmap_simulate::bifurcation::Bifurcation;
 
 impl PlaneRequest {
     /// The boundaries of the long-run behaviour.

@@ -3,9 +3,10 @@
 use serde_json::{Value, json};
 
 use super::place::with_all;
+use slipmap_column::Method;
 use slipmap_figure::scene::Fill;
 use slipmap_figure::style;
-use slipmap_map::map::{Grid, Method, Quantity};
+use slipmap_map::Quantity;
 use slipmap_model::friction::Law;
 use slipmap_report::figure::palette::{self, Kind};
 pub use slipmap_report::{Rich, UnitSystem};
@@ -71,7 +72,7 @@ fn range_of(law: &Law, axis: &str) -> (f64, f64, f64) {
 /// The axes of a law and those that it may have besides, with the ranges of their sliders.
 pub(super) fn axes(law: &Law) -> Value {
     let law = &with_all(law.clone(), |_| true);
-    let grid_names = Grid::axis_names(law);
+    let grid_names = law.axis_names();
     let parameter = |name: &str| law.parameters().iter().find(|parameter| parameter.name == name);
     let fastest = match law.as_written() {
         Law::Table(table) => 0.5 * table.fastest(),

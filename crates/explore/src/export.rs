@@ -7,8 +7,9 @@ use serde_json::{Value, json};
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
-use slipmap_map::machine::{DAMPING, DAMPING_RATIO, Machine};
-use slipmap_map::map::{self, Axis, Field, Method};
+use slipmap_column::Method;
+use slipmap_machine::{DAMPING, DAMPING_RATIO, Machine};
+use slipmap_map::{Axis, Field};
 use slipmap_model::friction::Law;
 use slipmap_numbers::text::exact;
 
@@ -150,7 +151,7 @@ impl PlaneRequest {
                     sets.iter().map(|name| format!(" --set {name}={}", exact(value(name)))).collect();
                 format!("slipmap probe --machine {CONFIG}{sets}")
             }
-            None => slipmap_map::probe::command_line(&law, &point, map::DEFAULT_TOLERANCE),
+            None => slipmap_machine::probe::command_line(&law, &point, slipmap_column::DEFAULT_TOLERANCE),
         };
         Ok(json!({
             "toml": description.toml(),

@@ -6,20 +6,20 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
+use slipmap_column::backbone::Backbone;
+use slipmap_column::sensitivity;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::lines::{Chart, Curve, draw, extent};
 use slipmap_figure::scene::{Marker, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::style::LineStyle;
-use slipmap_map::machine::Dimension;
+use slipmap_machine::Dimension;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_report::figure::diagram::beyond_slip;
 use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
 pub use slipmap_report::{Label, Rich, UnitSystem, rich};
-use slipmap_simulate::backbone::Backbone;
-use slipmap_simulate::sensitivity;
 use slipmap_witness::Start;
 
 const POINTS: usize = 200;

@@ -10,10 +10,9 @@ use super::catalogue::kinds_json;
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
+use slipmap_column::{Method, Verdict};
 use slipmap_map::dataset::{Cells, Schema, Variable};
-use slipmap_map::map::{
-    ComputeError, Control, Each, Field, Method, Plan, Queue, TileData, Verdict, compute_tiles,
-};
+use slipmap_map::{ComputeError, Control, Each, Field, Plan, Queue, TileData, compute_tiles};
 use slipmap_report::figure::palette::Kind;
 
 /// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since

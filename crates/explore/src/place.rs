@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 use super::quantities;
 use super::refusal::Refusal;
 use slipmap_config::{Level, Measured, OfMachine, point_of};
-use slipmap_map::machine::{BELT_SPEED, Coefficients, DAMPING, Dimension, Machine, Motion};
-use slipmap_map::map::{Grid, Shown};
+use slipmap_machine::{BELT_SPEED, Coefficients, DAMPING, Dimension, Machine, Motion};
+use slipmap_map::Shown;
 use slipmap_model::friction::{Law, Table};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 use slipmap_report::UnitSystem;
@@ -143,7 +143,7 @@ impl Place {
             let missing = || Refusal::malformed(format!("the law `{}` also needs {name}", law.name()));
             self.at.get(*name).copied().ok_or_else(missing)
         };
-        let values = Grid::axis_names(&law).iter().map(value).collect::<Result<Vec<f64>, Refusal>>()?;
+        let values = law.axis_names().iter().map(value).collect::<Result<Vec<f64>, Refusal>>()?;
         point_of(&law, &values)?;
         Ok((law, values))
     }
@@ -169,7 +169,7 @@ pub(super) fn with_all(law: Law, wanted: impl Fn(&str) -> bool) -> Law {
 
 /// The values of a point by the names of the law's axes.
 pub(super) fn at_json(law: &Law, point: &Point) -> Value {
-    Grid::coordinates(law, point).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
+    law.coordinates(&point).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
 }
 
 /// Checks that the law is legal at a point for the slip speeds that every orbit and every test uses.

@@ -6,8 +6,9 @@ use super::place::{Place, check_law};
 use super::refusal::Refusal;
 use super::show::Show;
 use slipmap_certify::Guarantee;
+use slipmap_column::Method;
 use slipmap_config::range_nodes;
-use slipmap_map::map::{Field, Grid, Method};
+use slipmap_map::{Field, Grid};
 use slipmap_model::friction::Law;
 use slipmap_report::UnitSystem;
 
@@ -110,7 +111,7 @@ impl PlaneRequest {
             return Ok(Slice { units: UnitSystem::of_grid(&grid), grid, x, y });
         }
         let (law, values) = self.place.read(&[&self.x.axis, &self.y.axis])?;
-        let names = Grid::axis_names(&law);
+        let names = law.axis_names();
         let position = |side: &AxisRequest| {
             let found = names.iter().position(|name| *name == side.axis);
             let unknown =

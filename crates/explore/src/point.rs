@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 use super::figures;
 use super::place::Place;
 use super::refusal::Refusal;
-use slipmap_map::assessment::sensitivities;
-use slipmap_map::behaviour::behaviour;
-use slipmap_map::map::{DEFAULT_TOLERANCE, Method};
-use slipmap_map::probe::{Answer, MachineResult, Probe, regime_words};
+use slipmap_column::{DEFAULT_TOLERANCE, Method};
+use slipmap_machine::assessment::sensitivities;
+use slipmap_machine::behaviour::behaviour;
+use slipmap_machine::probe::{Answer, MachineResult, Probe, regime_words};
 
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PointRequest {

@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
-use slipmap_map::machine::{
+use slipmap_machine::{
     AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, FREQUENCY, Friction, Machine, Model, Motion,
     NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
 };
-use slipmap_map::map::Grid;
 use slipmap_model::friction::{Expression, Law, Table};
 
 pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
@@ -146,6 +145,6 @@ pub(super) fn dimensionless(machine: &Machine) -> Result<(Law, Vec<f64>), Refusa
     let overflow =
         || Refusal::bad_input("the friction leaves the numbers in dimensionless terms", "check the units");
     let Model { law, point, .. } = machine.model().ok_or_else(overflow)?;
-    let values = Grid::coordinates(&law, &point).into_iter().map(|(_, value)| value).collect();
+    let values = law.coordinates(&point).into_iter().map(|(_, value)| value).collect();
     Ok((law, values))
 }

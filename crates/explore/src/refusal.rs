@@ -5,7 +5,7 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 
-use slipmap_map::map::{GridError, PlanError};
+use slipmap_map::{GridError, PlanError};
 use slipmap_model::friction::{ExpressionError, PointError};
 use slipmap_numbers::text::with_short_quotes;
 

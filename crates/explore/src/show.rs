@@ -1,7 +1,7 @@
 //! The quantity that a picture shows.
 
 use super::catalogue::differences;
-use slipmap_map::map::{Method, Verdict};
+use slipmap_column::{Method, Verdict};
 use slipmap_report::figure::palette::{self, Kind};
 
 #[derive(Clone, Debug)]

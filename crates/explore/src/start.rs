@@ -3,9 +3,9 @@
 use serde_json::{Map, Value, json};
 
 use super::place::law_json;
-use slipmap_map::machine::{DAMPING, Machine, NORMAL_FORCE};
-use slipmap_map::map::{AxisRole, Grid, Shown};
-use slipmap_simulate::critical::{critical_damping, known_or_nan};
+use slipmap_column::critical::{critical_damping, known_or_nan};
+use slipmap_machine::{DAMPING, Machine, NORMAL_FORCE};
+use slipmap_map::{AxisRole, Grid, Shown};
 
 /// Factor by which the damping axis extends beyond the larger of two dampings.
 const ROOM: f64 = 1.2;
@@ -40,7 +40,7 @@ impl Start {
             1.0 => value,
             size => rounded(value / size),
         };
-        let axis = |axis: &slipmap_map::map::Axis| {
+        let axis = |axis: &slipmap_map::Axis| {
             let node = |node: usize| shown(&axis.name, axis.values[node]);
             json!({
                 "name": axis.name,

@@ -3,10 +3,10 @@
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, File, Group, H5Type};
 
+use slipmap_column::bifurcation::Bifurcation;
 use slipmap_map::dataset::curves::{PLANE, POINT, columns, held};
 use slipmap_map::dataset::{Value, fingerprint};
-use slipmap_map::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
-use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
 
 use super::create::group_of_tables;
 use super::layout::{self, Unfit};

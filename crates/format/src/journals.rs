@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::files::{self, Existing, folder_of};
 use slipmap_map::dataset::{Outcome, Provenance, Value, attributes};
-use slipmap_map::map::{Account, Plan, Shard};
+use slipmap_map::{Account, Plan, Shard};
 
 use super::codec::{from_bytes, to_bytes};
 use super::error::StoreError;

@@ -80,7 +80,8 @@ mod tests {
 
     use super::*;
     use crate::{Existing, Journals, Outcome, PartialMap, Provenance};
-    use slipmap_map::map::{Account, Field, Grid, Method, MethodCells, Plan, Runs, Sink, TileData, Verdict};
+    use slipmap_column::{Method, Verdict};
+    use slipmap_map::{Account, Field, Grid, MethodCells, Plan, Runs, Sink, TileData};
     use slipmap_model::friction::Law;
 
     /// A map of eight tiles with margins.

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use slipmap_map::dataset::fingerprint::{self, canonical};
 use slipmap_map::dataset::{Cells, Fingerprint, Schema, Variable};
-use slipmap_map::map::{Account, Plan, Runs, Sink, TileData};
+use slipmap_map::{Account, Plan, Runs, Sink, TileData};
 
 use super::codec::to_bytes;
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::files::Existing;
 use slipmap_map::dataset::{Outcome, Provenance, attributes};
-use slipmap_map::map::{Account, Plan, Shard, Sink, TileData};
+use slipmap_map::{Account, Plan, Shard, Sink, TileData};
 
 use super::codec::to_bytes;
 use super::error::StoreError;

@@ -9,10 +9,11 @@ use std::path::{Path, PathBuf};
 use hdf5::{Dataset, File, SliceOrIndex};
 use ndarray::ArrayD;
 
+use slipmap_column::Method;
+use slipmap_machine::{MOTION_ATTRIBUTE, Machine, Motion};
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::dataset::{SCHEMA, Schema, Value};
-use slipmap_map::machine::{MOTION_ATTRIBUTE, Machine, Motion};
-use slipmap_map::map::{Field, Grid, Method, PlaneCurves, Shown, Tile};
+use slipmap_map::{Field, Grid, PlaneCurves, Shown, Tile};
 use slipmap_model::friction::Law;
 
 use super::error::StoreError;
@@ -287,7 +288,7 @@ fn read_schema(file: &File, path: &Path, attributes: &BTreeMap<String, Value>) -
     };
     let grid = match attributes.get(MOTION_ATTRIBUTE) {
         None => {
-            let nodes = Grid::axis_names(&law).into_iter().map(axis).collect::<Result<_, _>>()?;
+            let nodes = law.axis_names().into_iter().map(axis).collect::<Result<_, _>>()?;
             Grid::new(law, nodes)
         }
         Some(motion) => {

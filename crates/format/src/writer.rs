@@ -10,7 +10,7 @@ use crate::files::Existing;
 use slipmap_map::dataset::{
     Auxiliary, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex, si_name,
 };
-use slipmap_map::map::{Axis, Plan, Shown};
+use slipmap_map::{Axis, Plan, Shown};
 
 use super::create::{create_file, in_order};
 use super::curves;

@@ -1,12 +1,12 @@
 //! Curves of codimension one, drawn.
 
+use slipmap_column::bifurcation::Bifurcation;
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::Panel;
 use slipmap_figure::scene::{Place, Rect, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::rich;
-use slipmap_map::map::{PlaneCurve, PlaneCurves};
-use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_map::{PlaneCurve, PlaneCurves};
 
 /// The exact boundary, and the halo that it has.
 pub const EXACT: Stroke = Stroke::solid(style::BLACK, 1.0);
@@ -75,7 +75,7 @@ pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
 mod tests {
     use super::*;
     use slipmap_figure::axis::Scale;
-    use slipmap_map::map::{Plane, PlanePoint};
+    use slipmap_map::{Plane, PlanePoint};
 
     #[test]
     fn no_halo_of_a_black_curve_hides_a_strip_of_regimes() {

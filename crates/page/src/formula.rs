@@ -1,7 +1,7 @@
 //! Friction laws as formulas set in each format: LaTeX, MathML and plain text.
 
 use slipmap_figure::text::{Formula, Rich, Symbol, raised};
-use slipmap_map::machine::{Friction, Machine};
+use slipmap_machine::{Friction, Machine};
 use slipmap_model::friction::{Expression, Law, Op};
 
 /// The friction phi(u) of a law in slip, in units of that at rest; `None` for data and functions.
@@ -240,7 +240,7 @@ fn join(op: Op, left: Part, right: Part) -> Part {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use slipmap_map::machine::Motion;
+    use slipmap_machine::Motion;
     use slipmap_model::point::LawParameters;
 
     /// The formulas are those of the laws, and of machines.

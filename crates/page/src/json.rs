@@ -2,11 +2,11 @@
 
 use crate::machine_page::{known_in_words, why_no_critical, why_no_kick};
 use serde_json::{Value, json};
-use slipmap_map::assessment::{
+use slipmap_machine::assessment::{
     Assessment, DampingLimit, Intervals, LeftOpen, NeededKick, StandardErrors, Statement,
 };
-use slipmap_map::behaviour::Limit;
-use slipmap_map::risk::Risk;
+use slipmap_machine::behaviour::Limit;
+use slipmap_machine::risk::Risk;
 
 /// A limit with its status: what its value means.
 fn limit(limit: Limit) -> Value {

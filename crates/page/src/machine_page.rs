@@ -15,8 +15,8 @@ use slipmap_figure::axis::{AXIS, SMALL_TEXT, TEXT};
 use slipmap_figure::paragraph::paragraph;
 use slipmap_figure::scene::{Anchor, Scene, text_width};
 use slipmap_figure::text::{Rich, join, rich};
-use slipmap_map::assessment::Assessment;
-use slipmap_map::risk::{Risk, Uncertain};
+use slipmap_machine::assessment::Assessment;
+use slipmap_machine::risk::{Risk, Uncertain};
 pub use units::Written;
 
 /// Size of the page: A4, in points.
@@ -221,10 +221,10 @@ mod tests {
     use super::answer::{in_words, uncertainty};
     use super::*;
     use lines::{percentage, regime_lines, sections};
-    use slipmap_map::assessment::{Undetermined, assess};
-    use slipmap_map::machine::{Friction, Machine, Motion};
-    use slipmap_map::map::Regime;
-    use slipmap_map::risk::{Estimate, Spread, risk};
+    use slipmap_column::Regime;
+    use slipmap_machine::assessment::{Undetermined, assess};
+    use slipmap_machine::risk::{Estimate, Spread, risk};
+    use slipmap_machine::{Friction, Machine, Motion};
     use slipmap_model::filippov::Stability;
     use slipmap_model::friction::{Expression, Law, Table};
     use slipmap_model::point::LawParameters;
@@ -453,7 +453,7 @@ mod tests {
         let friction = Friction::Formula(law, LawParameters::new(&[]));
         let all = assess(&Machine { friction, ..example(Law::Stribeck) }).unwrap();
         let (title, source) = ("a long title ".repeat(20), "source ".repeat(90));
-        let shown = slipmap_map::map::Shown { unit: "km/h".into(), size: 1.0 / 3.6 };
+        let shown = slipmap_map::Shown { unit: "km/h".into(), size: 1.0 / 3.6 };
         let units = [("belt_speed", Some(shown))];
         let subject = Subject { title: &title, uncertain: &[], units: &units, risk: None, source: &source };
         let page = MachinePage::new(&all, &subject);

@@ -2,11 +2,11 @@
 
 use std::borrow::Cow;
 
+use slipmap_column::{Method, Regime, Verdict};
 use slipmap_figure::scene::{Fill, Hatch, Marker};
 use slipmap_figure::style::{
     BLACK, BLUE, GREEN, GREY, LineStyle, ORANGE, PURPLE, SKY, VERMILION, WHITE, WINE, YELLOW, style,
 };
-use slipmap_map::map::{Method, Regime, Verdict};
 
 /// The style of a method; those without one here share one.
 pub fn method(name: &str) -> LineStyle {

@@ -7,10 +7,11 @@ use rayon::prelude::*;
 
 use super::{ReportError, SIMULATION, check};
 use slipmap_certify::{Columns, Test};
+use slipmap_column::Method;
+use slipmap_column::critical::{CriticalDamping, critical_dampings};
 use slipmap_format::MapFile;
-use slipmap_map::map::{Control, Grid, Method, unravel};
+use slipmap_map::{Control, Grid, unravel};
 use slipmap_model::friction::Column;
-use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
 /// Accuracy of critical dampings that the map does not store: relative to the divergence, see
 /// [`critical_dampings`].

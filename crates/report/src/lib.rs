@@ -38,7 +38,7 @@ pub use write::{write_figure, write_file};
 
 pub use slipmap_format::files::Existing;
 use slipmap_format::{MapFile, StoreError};
-use slipmap_map::map::Control;
+use slipmap_map::Control;
 pub use slipmap_page::{MachinePage, Subject, formula, to_json};
 pub use slipmap_study::benchmark::StudyError;
 

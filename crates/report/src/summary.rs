@@ -5,12 +5,12 @@ use super::tables::{friction, undetermined_regimes};
 use super::units::{View, join};
 use super::{Confusion, Report, SIMULATION};
 use slipmap_certify::Guarantee;
+use slipmap_column::Verdict;
 use slipmap_figure::axis::extremes;
 use slipmap_figure::text::{Rich, rich};
-use slipmap_map::behaviour::behaviour;
+use slipmap_machine::Dimension;
+use slipmap_machine::behaviour::behaviour;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
-use slipmap_map::machine::Dimension;
-use slipmap_map::map::Verdict;
 use slipmap_numbers::text::count;
 use slipmap_page::percent;
 

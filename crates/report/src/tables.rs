@@ -15,9 +15,9 @@ use super::proved;
 use super::table::{Cell, Column, ColumnOf, Show, Table};
 use super::units::{Label, View, join};
 use super::{Confusion, Report, SIMULATION};
+use slipmap_column::Verdict;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
-use slipmap_map::map::Verdict;
 
 /// All tables, in the order of the report.
 pub fn all(view: &View, report: &Report) -> Vec<Table> {

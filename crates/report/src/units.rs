@@ -6,9 +6,9 @@ use std::sync::OnceLock;
 pub use slipmap_figure::text::join;
 use slipmap_figure::text::{Piece, Rich, rich};
 use slipmap_format::MapFile;
+use slipmap_machine::{Coefficients, DAMPING_RATIO, Dimension, Friction, Machine, Model, Units};
 use slipmap_map::dataset::auxiliary::PROBABILITY;
-use slipmap_map::machine::{Coefficients, DAMPING_RATIO, Dimension, Friction, Machine, Model, Units};
-use slipmap_map::map::{Axis, Field, Grid, Quantity, Shown, dimension};
+use slipmap_map::{Axis, Field, Grid, Quantity, Shown, dimension};
 use slipmap_page::formula;
 
 /// A map and the units in which its numbers are shown.

@@ -6,8 +6,9 @@ use std::ops::Range;
 use ndarray::{ArrayD, ArrayViewD, Axis as Dim, Slice};
 
 use super::{ReportError, SIMULATION, check};
+use slipmap_column::Verdict;
 use slipmap_format::MapFile;
-use slipmap_map::map::{AxisRole, Control, Grid, Tile, Verdict};
+use slipmap_map::{AxisRole, Control, Grid, Tile};
 
 /// Numbers of cells by pairs of verdicts, the simulation's and a method's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -18,13 +18,15 @@ use rayon::prelude::*;
 
 pub(crate) use mechanism::Mechanism;
 
-use slipmap_map::map::limits::Ray;
-use slipmap_map::map::{Grid, Method, Verdict, unravel};
+use slipmap_column::limits::Ray;
+use slipmap_column::{Method, Verdict, critical_damping, sticks_from};
+use slipmap_map::{Grid, unravel};
 use slipmap_model::filippov::Oscillator;
+use slipmap_model::flow::Fate;
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::{named, named_sums};
-use slipmap_simulate::{Fate, critical_damping, flow, sticks_from};
+use slipmap_orbits::flow;
 
 named! {
     /// Kind of failure of a method at a cell.

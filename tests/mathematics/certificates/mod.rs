@@ -5,7 +5,7 @@ use crate::sample::{Random, Sample};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 use slipmap::certify::{Claim, Decision, Guarantee, TESTS, by_name, landing};
-use slipmap::simulate::{Fate, Landing};
+use slipmap::flow::{Fate, Landing};
 use slipmap::witness::{Start, flow, trace};
 use std::f64::consts::{PI, TAU};
 

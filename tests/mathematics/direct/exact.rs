@@ -3,7 +3,7 @@
 use super::oracle::bisect;
 use super::{Six, contacts, coulomb, oscillator};
 use slipmap::filippov::Side;
-use slipmap::simulate::{Failure, Fate, Flow, Landing};
+use slipmap::flow::{Failure, Fate, Flow, Landing};
 use slipmap::witness::{Phase, Start, flow, trace};
 use std::f64::consts::{PI, TAU};
 

@@ -3,7 +3,7 @@
 use super::{Six, anywhere, contacts, coulomb, oscillator, overshooting};
 use crate::sample::Random;
 use slipmap::filippov::Side;
-use slipmap::simulate::Fate;
+use slipmap::flow::Fate;
 use slipmap::witness::{Ending, Phase, Start, flow, trace};
 
 /// An orbit that crosses back never sticks: its downward crossings move outward for ever.

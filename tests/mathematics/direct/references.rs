@@ -5,8 +5,8 @@ use super::oracle::Outcome;
 use super::{anywhere, oscillator, overshooting};
 use crate::sample::{Random, Sampling, formula};
 use slipmap::filippov::Oscillator;
+use slipmap::flow::Fate;
 use slipmap::friction::Law;
-use slipmap::simulate::Fate;
 use slipmap::witness::flow;
 
 #[test]
@@ -62,7 +62,7 @@ fn thin_layers_of_friction_that_is_even_in_the_slip_speed_are_resolved() {
         let vs = belt_speed * random.log(1e-8, 1.0);
         let point = Law::Lorentzian.point(1.0, &[random.unit(), vs, 0.0], belt_speed, 0.0).unwrap();
         let oscillator = Oscillator::new(&Law::Lorentzian, &point);
-        let by_turn = slipmap::simulate::flow(&oscillator, 1e-12);
+        let by_turn = slipmap::orbits::flow(&oscillator, 1e-12);
         let answer = flow(&oscillator, 1e-9);
         let error = (answer.margin - by_turn.margin).abs();
         // An orbit that runs far past the line has no margin.
@@ -109,7 +109,7 @@ fn narrow_features_of_formulas_are_not_passed() {
             a * b / ((u + b) * (u + b)) - d / w * feature - damping
         };
         let (outcome, value, _) = oracle::lienard(&divergence, belt_speed, 0.1 * w / belt_speed).unwrap();
-        for answer in [flow(&oscillator, 1e-10), slipmap::simulate::flow(&oscillator, 1e-10)] {
+        for answer in [flow(&oscillator, 1e-10), slipmap::orbits::flow(&oscillator, 1e-10)] {
             let context = format!("{point:?}: {answer:?}, reference {outcome:?} {value:?}");
             match (answer.fate, outcome) {
                 (Fate::SpiralsInward, Outcome::Short) => {

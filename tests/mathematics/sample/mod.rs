@@ -1,9 +1,10 @@
 //! Reproducible points of the Stribeck law for the tests of the theory.
 
 use slipmap::filippov::Oscillator;
+use slipmap::flow::{Fate, Flow};
 use slipmap::friction::{Column, Expression, Law};
+use slipmap::orbits::flow;
 use slipmap::point::{Point, ScaledGroups};
-use slipmap::simulate::{Fate, Flow, flow};
 use slipmap::witness;
 pub use slipmap_numbers::random::Random;
 

@@ -9,10 +9,11 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use ndarray::ArrayD;
+use slipmap::column::Method;
 use slipmap::friction::Law;
-use slipmap::map::{self, Control, Field, Grid, Method, Plan};
+use slipmap::map::{self, Control, Field, Grid, Plan};
+use slipmap::orbits::naive::NaiveKnobs;
 use slipmap::report::{Cell, Report, Table};
-use slipmap::simulate::naive::NaiveKnobs;
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{self, MapFile, Outcome, PartialMap, Provenance};
 

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::{AXES, SMALL, all_methods, assert_close, gather, indices, plan, row, small, store_map, verdicts};
-use slipmap::map::{Field, Method, Verdict};
+use slipmap::column::critical_damping;
+use slipmap::column::{Method, Verdict};
+use slipmap::map::Field;
 use slipmap::report::{Cell, View, tables};
-use slipmap::simulate::critical_damping;
 
 /// Relative error of sums of a few hundred positive numbers in another order.
 const SUMS: f64 = 1e-12;

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! with trigonometric interpolation, and take more angles until the Fourier coefficients have decayed.
-//! `simulate::circle` sweeps likewise, and is not used: proofs and simulation agree without sharing code.
+//! `orbits::circle` sweeps likewise, and is not used: proofs and simulation agree without sharing code.
 
 use std::f64::consts::TAU;
 use std::sync::OnceLock;

@@ -2,7 +2,7 @@
 
 use super::super::units::{Match, bracketed, compare, in_words};
 use super::{OfMachine, Refused};
-use slipmap_map::machine::{Dimension, Motion};
+use slipmap_machine::{Dimension, Motion};
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

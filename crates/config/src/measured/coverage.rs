@@ -7,13 +7,13 @@
 use super::{Measured, OfMachine};
 use crate::{MachineJob, load_machine};
 use rayon::prelude::*;
-use slipmap_map::assessment::{Assessment, assess, assess_fitted};
-use slipmap_map::behaviour::Limit;
-use slipmap_map::machine::Machine;
-use slipmap_map::risk::{WithError, uncertain_critical_damping};
+use slipmap_column::critical::critical_damping;
+use slipmap_column::sensitivity::influence;
+use slipmap_machine::Machine;
+use slipmap_machine::assessment::{Assessment, assess, assess_fitted};
+use slipmap_machine::behaviour::Limit;
+use slipmap_machine::risk::{WithError, uncertain_critical_damping};
 use slipmap_numbers::random::Random;
-use slipmap_simulate::critical::critical_damping;
-use slipmap_simulate::sensitivity::influence;
 use std::sync::Mutex;
 
 /// A law: its name, its fall g as a formula, and g itself.

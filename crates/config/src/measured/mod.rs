@@ -10,7 +10,7 @@ mod text;
 use std::io::Read as _;
 use std::path::Path;
 
-use slipmap_map::machine::Motion;
+use slipmap_machine::Motion;
 
 pub use fit::{Fits, Fitted, FittedLaw, law_of, words_of};
 pub use table::Level;

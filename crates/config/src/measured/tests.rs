@@ -1,10 +1,10 @@
 //! Files as rigs and spreadsheets write them.
 
 use super::*;
+use slipmap_column::critical_damping;
+use slipmap_column::sensitivity::sensitivity;
 use slipmap_model::friction::{Law, Table};
 use slipmap_model::point::{LawParameters, Point};
-use slipmap_simulate::critical_damping;
-use slipmap_simulate::sensitivity::sensitivity;
 
 const MACHINE: OfMachine = OfMachine { motion: Some(Motion::Translation), forces: None };
 

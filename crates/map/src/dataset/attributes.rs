@@ -2,8 +2,9 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::machine::MOTION_ATTRIBUTE;
-use crate::map::{Method, Plan, PlaneCurves, Summary};
+use crate::{Plan, PlaneCurves, Summary};
+use slipmap_column::Method;
+use slipmap_machine::MOTION_ATTRIBUTE;
 
 use super::{Auxiliary, SCHEMA, Value, auxiliary, hex};
 

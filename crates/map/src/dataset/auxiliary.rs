@@ -3,7 +3,7 @@
 
 use super::Value;
 use super::schema::si_name;
-use crate::map::Grid;
+use crate::Grid;
 
 /// A variable that is stored in one piece.
 #[derive(Clone, Debug, PartialEq)]

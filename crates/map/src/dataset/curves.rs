@@ -2,7 +2,7 @@
 
 use super::Contents::{Integers, Reals};
 use super::{Series, si_name};
-use crate::map::{Axis, Grid, Plane, PlaneCurves};
+use crate::{Axis, Grid, Plane, PlaneCurves};
 
 /// Dimension of the planes.
 pub const PLANE: &str = "plane";

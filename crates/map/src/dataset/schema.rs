@@ -1,8 +1,9 @@
 //! The layout of a map file: one description for writing, reading and checking maps.
 
-use crate::machine::Dimension;
-use crate::map::dimension::of_variable;
-use crate::map::{Axis, Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
+use crate::dimension::of_variable;
+use crate::{Axis, Field, Grid, Plan, Quantity, Runs, TileData};
+use slipmap_column::{Method, Regime, Verdict};
+use slipmap_machine::Dimension;
 use slipmap_model::friction::Law;
 
 use super::Value;

@@ -76,6 +76,25 @@ pub enum PointError {
 }
 
 impl Law {
+    /// The parameters of a point of this law: eps, those of its own, V, c.
+    pub fn coordinate_parameters(&self) -> impl Iterator<Item = &Parameter> {
+        std::iter::once(&EPSILON).chain(self.parameters()).chain([&BELT_SPEED, &DAMPING])
+    }
+
+    /// Their names: those of the axes of a map of this law, slowest dimension first.
+    #[must_use]
+    pub fn axis_names(&self) -> Vec<&'static str> {
+        self.coordinate_parameters().map(|parameter| parameter.name).collect()
+    }
+
+    /// The name of each coordinate of a point and its value, in the order of [`Law::axis_names`].
+    #[must_use]
+    pub fn coordinates(&self, point: &Point) -> Vec<(&'static str, f64)> {
+        let own = point.law.as_slice().iter().copied();
+        let values = std::iter::once(point.epsilon).chain(own).chain([point.belt_speed, point.damping]);
+        self.axis_names().into_iter().zip(values).collect()
+    }
+
     /// Returns whether all points of a box of eps, the law's parameters and V are legal for the law.
     pub fn admits_box(&self, ranges: &[[f64; 2]]) -> bool {
         let known = std::iter::once(&EPSILON).chain(self.parameters()).chain([&BELT_SPEED]);

@@ -2,11 +2,11 @@
 
 use super::lines::{damping_limit, percent, quantity, with_error};
 use super::units::{Unit, Written};
+use slipmap_column::{Attractors, Regime};
 use slipmap_figure::text::{Rich, capital, rich};
-pub use slipmap_map::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
-use slipmap_map::machine::Motion;
-use slipmap_map::map::{Attractors, Regime};
-use slipmap_map::risk::{Risk, WithError};
+use slipmap_machine::Motion;
+pub use slipmap_machine::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
+use slipmap_machine::risk::{Risk, WithError};
 
 /// The behaviour at the working point, and the damping above which the vibration ends.
 pub(super) fn in_words(all: &Assessment, written: &Written) -> Rich {

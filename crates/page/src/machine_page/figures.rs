@@ -5,6 +5,8 @@ use std::sync::{Mutex, PoisonError};
 
 use super::units::{Unit, Written};
 use crate::{curves, palette};
+use slipmap_column::bifurcation::Bifurcation;
+use slipmap_column::{Method, Regime};
 use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin};
@@ -12,12 +14,9 @@ use slipmap_figure::region::outlines;
 use slipmap_figure::scene::{Fill, Marker, Rect, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::{Rich, capital, rich};
-use slipmap_map::assessment::{Assessment, Statement};
-use slipmap_map::machine::{Dimension, Friction, Model};
-use slipmap_map::map::{
-    self, Control, Each, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, Regime, TileData,
-};
-use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_machine::assessment::{Assessment, Statement};
+use slipmap_machine::{Dimension, Friction, Model};
+use slipmap_map::{Control, Each, Field, Grid, Plan, Plane, PlaneCurve, PlaneCurves, TileData};
 
 /// Number of belt speeds of the regime figure.
 const NODES: usize = 51;
@@ -47,7 +46,7 @@ fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
         let codes: Vec<i8> = data.regime.values().map(Regime::code).collect();
         columns.lock().unwrap_or_else(PoisonError::into_inner).push((data.tile.number, codes));
     });
-    map::run(&plan.ok()?, &sink, &Control::default()).ok()?;
+    slipmap_map::run(&plan.ok()?, &sink, &Control::default()).ok()?;
     let mut columns = columns.into_inner().unwrap_or_else(PoisonError::into_inner);
     columns.sort_unstable();
     Some(columns.into_iter().map(|(_, codes)| codes).collect())
@@ -340,9 +339,9 @@ pub(super) fn friction(all: &Assessment, written: &Written, height: f64) -> Scen
 mod tests {
     use super::*;
     use crate::machine_page::tests::example;
-    use slipmap_map::assessment::assess;
-    use slipmap_map::machine::Machine;
-    use slipmap_map::map::PlanePoint;
+    use slipmap_machine::Machine;
+    use slipmap_machine::assessment::assess;
+    use slipmap_map::PlanePoint;
     use slipmap_model::friction::{Law, Table};
 
     /// A line through the panel that leaves it at the top and at the bottom: every finer cell has the code of its side.

@@ -3,7 +3,7 @@
 use super::lines::{Line, digits_of_data, with_error};
 use super::units::{Unit, Written};
 use slipmap_figure::text::{Rich, rich};
-use slipmap_map::assessment::{Assessment, End, Intervals, Statement};
+use slipmap_machine::assessment::{Assessment, End, Intervals, Statement};
 
 /// A quantity that varies: its words, its unit, and the error and number of digits with which an end of an interval is
 /// printed that is located to within an error.

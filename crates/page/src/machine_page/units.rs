@@ -1,8 +1,8 @@
 //! The units in which the page tells quantities: those of the configuration, or those of SI.
 
 use slipmap_figure::text::Rich;
-use slipmap_map::machine::Machine;
-use slipmap_map::map::Shown;
+use slipmap_machine::Machine;
+use slipmap_map::Shown;
 
 /// The units of a configuration, by quantity; `None` is the SI unit.
 pub type Written = [(&'static str, Option<Shown>)];

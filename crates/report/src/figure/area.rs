@@ -15,7 +15,7 @@ use slipmap_figure::region::outlines;
 use slipmap_figure::scene::{Anchor, Fill, Hatch, Marker, Place, Rect, Scene, Stroke, Width};
 use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
-use slipmap_map::map::PlaneCurves;
+use slipmap_map::PlaneCurves;
 use slipmap_page::curves::{EXACT, HALO};
 
 /// The values drawn, cell by cell.

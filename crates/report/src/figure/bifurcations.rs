@@ -6,12 +6,12 @@ use rayon::prelude::*;
 
 use super::super::units::View;
 use super::slice::Slice;
+use slipmap_column::bifurcation::Bifurcation;
 use slipmap_figure::data::Data;
-use slipmap_map::map::PlaneCurves;
+use slipmap_map::PlaneCurves;
+use slipmap_orbits::flow;
 pub use slipmap_page::curves::line_style;
 pub(crate) use slipmap_page::curves::{draw, places};
-use slipmap_simulate::bifurcation::Bifurcation;
-use slipmap_simulate::flow;
 
 /// Number of points along each axis whose orbits tell how long a boundary takes.
 const SAMPLE: usize = 5;

@@ -2,12 +2,12 @@
 
 use std::cell::Cell;
 
+use slipmap_column::Method;
+use slipmap_column::critical::{CriticalDamping, critical_dampings};
 use slipmap_figure::axis::Scale;
 use slipmap_format::MapFile;
-use slipmap_map::map::Method;
 use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::Column;
-use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
 /// Number of steps of a curve.
 const STEPS: usize = 60;

@@ -10,9 +10,9 @@ use super::slice::{Slice, equals};
 use super::verdict_panels::{FEWEST_NODES, failed_words, main_plane, panel_epsilons};
 use super::{Figure, palette};
 use slipmap_certify::Guarantee;
+use slipmap_column::Method;
 use slipmap_figure::scene::Width;
 use slipmap_figure::text::{Rich, rich};
-use slipmap_map::map::Method;
 
 /// The figure, one panel per eps; `None` for a map without a plane.
 pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Option<Figure>, ReportError> {

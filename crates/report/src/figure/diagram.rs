@@ -10,6 +10,9 @@ use super::super::ReportError;
 use super::super::units::View;
 use super::plot::Plotted;
 use super::slice::{ChoiceError, find_axis, hold};
+use slipmap_column::TIGHT;
+use slipmap_column::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_column::slip_cycle::slip_cycles;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
 use slipmap_figure::lines::{self, Chart, Curve};
@@ -17,12 +20,12 @@ use slipmap_figure::scene::{Marker, Stroke, Width};
 use slipmap_figure::style;
 use slipmap_figure::style::LineStyle;
 use slipmap_figure::text::{Rich, rich};
-use slipmap_map::machine::Dimension;
+use slipmap_machine::Dimension;
 use slipmap_model::filippov::{Oscillator, Stability};
-use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
-use slipmap_simulate::far_loops::FarLoops;
-use slipmap_simulate::slip_cycle::slip_cycles;
-use slipmap_simulate::{Cycle, Fate, Range, TIGHT, flow};
+use slipmap_model::flow::Fate;
+use slipmap_model::friction::Range;
+use slipmap_orbits::far_loops::FarLoops;
+use slipmap_orbits::{Cycle, flow};
 
 /// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
 /// them is missed.

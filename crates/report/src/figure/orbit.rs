@@ -9,8 +9,7 @@ use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin, write_heading};
 use slipmap_figure::scene::{Place, Rect, Scene, Width};
 use slipmap_figure::text::{Rich, rich};
-use slipmap_map::machine::Dimension;
-use slipmap_map::map::Grid;
+use slipmap_machine::Dimension;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
@@ -50,7 +49,7 @@ fn point_words(plot: &OrbitPlot) -> Rich {
             quantity("damping", Dimension::Damping, point.damping),
         ]);
     }
-    join(Grid::coordinates(plot.law, point).into_iter().map(|(name, value)| equals(name, value)))
+    join(plot.law.coordinates(&point).into_iter().map(|(name, value)| equals(name, value)))
 }
 
 /// Draws phase portrait and time series.

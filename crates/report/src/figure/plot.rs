@@ -22,7 +22,7 @@ use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
 use slipmap_map::dataset::auxiliary::PROBABILITY;
-use slipmap_map::map::{Field, Plane, PlaneCurves};
+use slipmap_map::{Field, Plane, PlaneCurves};
 use slipmap_numbers::text::short;
 
 /// Values of fixed axes, by name, in the units of the view.

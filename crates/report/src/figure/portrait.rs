@@ -2,6 +2,7 @@
 //! equilibrium.
 
 use super::super::units::UnitSystem;
+use slipmap_column::slip_cycle::slip_cycles;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
 use slipmap_figure::legend::{Legend, Sample};
@@ -10,7 +11,6 @@ use slipmap_figure::scene::{Marker, Place, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::rich;
 use slipmap_model::filippov::{Oscillator, Side, Stability};
-use slipmap_simulate::slip_cycle::slip_cycles;
 use slipmap_witness::{Ending, Phase, Sample as State, Start, Trace, trace};
 
 const TOLERANCE: f64 = 1e-10;

@@ -11,7 +11,8 @@ use slipmap_figure::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN};
 use slipmap_figure::scene::{Rect, Scene, Width};
 use slipmap_figure::text::rich;
 use slipmap_model::filippov::Oscillator;
-use slipmap_simulate::{Fate, flow};
+use slipmap_model::flow::Fate;
+use slipmap_orbits::flow;
 use slipmap_witness::{Sample as State, Start};
 
 const TOLERANCE: f64 = 1e-10;

@@ -4,13 +4,13 @@ use ndarray::{Array2, ArrayD, Ix2};
 
 use super::super::units::{Label, View};
 use super::super::{ReportError, SIMULATION};
+use slipmap_column::critical::critical_dampings;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::region::cell_edges;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
-use slipmap_map::map::{Axis, Field, Plane};
+use slipmap_map::{Axis, Field, Plane};
 use slipmap_model::filippov::Oscillator;
-use slipmap_simulate::critical::critical_dampings;
 
 /// Reason why a slice cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

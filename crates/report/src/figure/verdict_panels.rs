@@ -10,14 +10,14 @@ use super::bifurcations::boundary;
 use super::palette::{self, Kind};
 use super::plot::{self, At, Plot};
 use super::slice::{Slice, picks};
+use slipmap_column::{Verdict, critical_damping};
 use slipmap_figure::data::Values;
 use slipmap_figure::lines::letter;
 use slipmap_figure::scene::{Fill, Width};
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
-use slipmap_map::map::{Axis, Verdict};
+use slipmap_map::Axis;
 use slipmap_numbers::text::count;
-use slipmap_simulate::critical_damping;
 
 /// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
 /// been computed; they are drawn as rows instead.

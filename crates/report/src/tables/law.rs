@@ -5,8 +5,8 @@ use super::super::units::View;
 use super::words;
 use slipmap_figure::axis::extremes;
 use slipmap_figure::text::{Rich, rich};
-use slipmap_map::machine::Coefficients;
-use slipmap_map::map::Grid;
+use slipmap_machine::Coefficients;
+use slipmap_map::Grid;
 use slipmap_model::friction::{Law, Table as Data};
 use slipmap_page::formula;
 

@@ -4,9 +4,9 @@ use super::super::table::{Cell, Column, Show, Table};
 use super::super::units::View;
 use super::words;
 use slipmap_figure::text::{Rich, rich};
-use slipmap_map::behaviour::{Behaviour, behaviour};
-use slipmap_map::machine::{Dimension, Model};
-use slipmap_map::map::AxisRole;
+use slipmap_machine::behaviour::{Behaviour, behaviour};
+use slipmap_machine::{Dimension, Model};
+use slipmap_map::AxisRole;
 use slipmap_model::point::Point;
 
 /// Largest number of belt speeds shown.

@@ -4,11 +4,13 @@
 use rayon::prelude::*;
 
 use super::reference::{Reference, reference};
-use slipmap_map::map::{Grid, Verdict};
+use slipmap_column::{Verdict, critical_damping};
+use slipmap_map::Grid;
 use slipmap_model::filippov::Oscillator;
+use slipmap_model::flow::Fate;
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
-use slipmap_simulate::{Fate, critical_damping, return_map};
+use slipmap_orbits::return_map;
 
 /// A cell with its true answers.
 #[derive(Clone, Debug)]

@@ -1,14 +1,15 @@
 //! The methods and engines that are compared, each at several settings of its main parameter.
 
 use slipmap_certify::{TESTS, Test, validated::Enclosed};
-use slipmap_map::map::{self, Engine, Verdict};
+use slipmap_column::Verdict;
+use slipmap_column::critical::critical_dampings;
+use slipmap_map::Engine;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_model::point::ScaledGroups;
 use slipmap_numbers::named;
-use slipmap_simulate::critical::critical_dampings;
-use slipmap_simulate::naive::{NaiveKnobs, NaiveMethod};
-use slipmap_simulate::return_map::{Turn, turns};
+use slipmap_orbits::naive::{NaiveKnobs, NaiveMethod};
+use slipmap_orbits::return_map::{Turn, turns};
 
 use super::cells::Cell;
 
@@ -140,7 +141,7 @@ fn direct(cell: &Cell, tolerance: f64) -> Answer {
 
 fn auto(cell: &Cell, tolerance: f64) -> Answer {
     let columns = std::slice::from_ref(&cell.column);
-    let verdicts = map::decide(columns, &[cell.point.damping], Engine::Auto, tolerance);
+    let verdicts = slipmap_map::decide(columns, &[cell.point.damping], Engine::Auto, tolerance);
     Answer { verdict: verdicts[0], margin: None, critical: None }
 }
 

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use super::cells::Cell;
 use super::contestants::{Answer, Contestant, Kind, Output, Solver, closed_form};
+use slipmap_column::Verdict;
 use slipmap_map::clock::thread_time;
-use slipmap_map::map::Verdict;
 use slipmap_model::filippov::Oscillator;
 
 /// Statistics of errors.

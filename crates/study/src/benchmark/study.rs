@@ -4,7 +4,7 @@
 use slipmap_config::StudySettings;
 
 use super::{Cell, Contestant, Row, cells, measure, pareto};
-use slipmap_map::map::Grid;
+use slipmap_map::Grid;
 
 /// Reason why there is no study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

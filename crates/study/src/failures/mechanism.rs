@@ -2,11 +2,11 @@
 
 use super::Kind;
 use slipmap_certify::{Claim, Decision};
-use slipmap_map::map::{Method, Verdict};
+use slipmap_column::{Method, Verdict};
 use slipmap_model::filippov::Oscillator;
+use slipmap_model::flow::{Failure, Fate};
 use slipmap_model::friction::Column;
-use slipmap_simulate::naive::{NaiveKnobs, NaiveMethod};
-use slipmap_simulate::{Failure, Fate};
+use slipmap_orbits::naive::{NaiveKnobs, NaiveMethod};
 
 /// The cause of a failure of a method at a cell, which [`Mechanism::explanation`] explains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,7 +182,7 @@ fn of_naive(naive: NaiveMethod, knobs: &NaiveKnobs, oscillator: &Oscillator, tru
     let mended = |knobs: &NaiveKnobs| Verdict::from(naive.decide(oscillator, knobs).verdict) == truth;
     let found = removals.iter().find(|(_, knobs)| mended(knobs)).map(|(mechanism, _)| *mechanism);
     found.unwrap_or_else(|| match naive.decide(oscillator, knobs).verdict {
-        slipmap_simulate::naive::NaiveVerdict::Failed(failure) => Mechanism::Breakdown(failure),
+        slipmap_orbits::naive::NaiveVerdict::Failed(failure) => Mechanism::Breakdown(failure),
         _ => Mechanism::Unexplained,
     })
 }

@@ -241,9 +241,10 @@ mod own {
 
     use cpu_time::ProcessTime;
     use slipmap::friction::Law;
-    use slipmap::map::{Account, Control, Engine, Field, Grid, Method, Plan, Sink, TileData, run};
+    use slipmap::map::{Account, Control, Engine, Field, Grid, Plan, Sink, TileData, run};
+    use slipmap::column::Method;
     use slipmap::point::ScaledGroups;
-    use slipmap::simulate::return_map::{Turn, turns as turn_all};
+    use slipmap::orbits::return_map::{Turn, turns as turn_all};
 
     use super::{Answer, Cell, NO_ANSWER};
 

@@ -1,0 +1,272 @@
+//! The critical damping c* of a column: the root of the grazing margin.
+//!
+//! At c* the orbit from the exit point grazes the belt line: it closes with the maximum V of x2. The search
+//! is that of `closing`, or that of `quarters` where friction drops or falls steeply next to the belt line.
+
+use std::f64::consts::TAU;
+
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::flow::Fate;
+use slipmap_model::friction::Column;
+use slipmap_numbers::text::{is_known, rounded};
+use slipmap_orbits::closing::{Amplitude, closing_dampings};
+use slipmap_orbits::quarters::{Sought, WIDE, closing_dampings_by_quarters};
+use slipmap_orbits::{Closing, flow};
+
+/// The critical damping of a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalDamping {
+    /// c*: the orbit from the exit point returns to the belt line for c < c* and not for c > c*. Negative
+    /// where it does not return for any legal damping.
+    pub c: f64,
+    /// Estimate of the absolute error of `c`.
+    pub error: f64,
+    /// Number of evaluations of the right-hand side.
+    pub rhs: u64,
+}
+
+impl CriticalDamping {
+    /// The damping itself where it is told: its error is at most 1 % of it (or 1e-9), or it is negative.
+    ///
+    /// # Errors
+    /// [`NoCriticalDamping::Inaccurate`].
+    pub fn known(self) -> Result<Self, NoCriticalDamping> {
+        match is_known(self.c, self.error) || self.c + self.error <= 0.0 {
+            true => Ok(self),
+            false => Err(NoCriticalDamping::Inaccurate { error: self.error }),
+        }
+    }
+}
+
+/// The critical damping c* that was found, where it is known to 1 %; else NaN.
+pub fn known_or_nan(found: Result<CriticalDamping, NoCriticalDamping>) -> f64 {
+    found.and_then(CriticalDamping::known).map_or(f64::NAN, |known| known.c)
+}
+
+/// Reason why a column has no critical damping.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoCriticalDamping {
+    /// No engine could follow the orbit that grazes the belt line.
+    #[error("the orbit that grazes the belt line cannot be followed")]
+    NotFollowed,
+    /// It was found with an error above 1 % of it.
+    #[error("it is known to no better than {}, which is more than 1 % of it", rounded(*error, 2))]
+    Inaccurate {
+        /// Estimate of the absolute error.
+        error: f64,
+    },
+}
+
+/// The critical damping of many columns.
+///
+/// `tolerance` is relative to the size of the divergence: about the error of the scaled grazing margin that
+/// corresponds to the error of c*.
+#[must_use]
+pub fn critical_dampings(
+    columns: &[Column],
+    tolerance: f64,
+) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
+    let is_stribeck = |column: &Column| column.curve.stribeck().is_some();
+    let mut found: Vec<Result<Closing, u64>> = vec![Err(0); columns.len()];
+    let mut by_quarters: Vec<(usize, Sought)> = Vec::new();
+    let mut smooth: Vec<(usize, Amplitude)> = Vec::new();
+    for (number, column) in columns.iter().enumerate() {
+        match if is_stribeck(column) { None } else { sought_by_quarters(column) } {
+            Some(sought) => by_quarters.push((number, sought)),
+            None => {
+                smooth.push((number, Amplitude::new(&column.curve, column.belt_speed, column.belt_speed)))
+            }
+        }
+    }
+    let (numbers, orbits): (Vec<usize>, Vec<Amplitude>) = smooth.into_iter().unzip();
+    for (number, closing) in numbers.into_iter().zip(closing_dampings(&orbits, tolerance, None)) {
+        found[number] = closing;
+    }
+    let (numbers, sought): (Vec<usize>, Vec<Sought>) = by_quarters.into_iter().unzip();
+    for (number, closing) in numbers.into_iter().zip(closing_dampings_by_quarters(&sought, tolerance)) {
+        found[number] = closing;
+    }
+    let answer = |column: &Column, found: Result<Closing, u64>| match found {
+        Ok(Closing { viscous, error, rhs, .. }) => {
+            Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
+        }
+        Err(rhs) if column.curve.is_hidden_by_rounding(column.belt_speed) => Ok(hidden(column, rhs)),
+        Err(_) => Err(NoCriticalDamping::NotFollowed),
+    };
+    // An error delta of the weakening rate, of the samples of a function, moves eps c* by at most delta.
+    let sampled = |column: &Column, found: CriticalDamping| CriticalDamping {
+        error: found.error + column.curve.sampling_error() / column.epsilon,
+        ..found
+    };
+    let answers = columns.iter().zip(found);
+    answers.map(|(column, found)| answer(column, found).map(|found| sampled(column, found))).collect()
+}
+
+/// What is known of a fall that rounding hides from all orbits: the balance of energy, and that no orbit returns that is
+/// damped critically.
+fn hidden(column: &Column, rhs: u64) -> CriticalDamping {
+    let balance = energy_balance(column);
+    CriticalDamping { c: balance / column.epsilon, error: (2.0 + balance.abs()) / column.epsilon, rhs }
+}
+
+fn sought_by_quarters(column: &Column) -> Option<Sought<'_>> {
+    let Column { curve, epsilon, belt_speed, .. } = column;
+    let bounds = || search_bounds(column).map(|c| c * epsilon);
+    Sought::from_exit(curve, *belt_speed, || energy_balance(column), bounds)
+}
+
+/// About eps c* by the balance of energy on the grazing circle, to first order in the weakening rate, with what the drop
+/// supplies (theory, "Breakaway").
+fn energy_balance(column: &Column) -> f64 {
+    let Column { curve, belt_speed, .. } = column;
+    let mean = curve.rough_mean_weakening(*belt_speed);
+    let drop = of_drop(curve.drop() / belt_speed);
+    // A law that falls steeply acts as one that drops. Where neither is small the cube root of the sum of cubes is next to
+    // c*, found by trial.
+    let steep = of_drop((1.0 - curve.phi(*belt_speed)) / belt_speed) - drop;
+    let larger = mean.abs().max(steep.abs()).max(f64::MIN_POSITIVE);
+    drop + larger * ((mean / larger).powi(3) + (steep / larger).powi(3)).cbrt()
+}
+
+/// About eps c* of friction that drops by j = `drop` V to a constant: from (V, -j) to (V, 0) v^2 + C v w + w^2 falls by the
+/// factor exp(-C t), and the tangent of the phase is -(w + C v/2) / (omega v), omega^2 = 1 - C^2/4. At most 1.9: an orbit
+/// that is damped critically, at C = 2, does not return.
+fn of_drop(drop: f64) -> f64 {
+    let next = |c: f64| {
+        let omega = (1.0 - 0.25 * c * c).sqrt();
+        let phase = TAU - (0.5 * c / omega).atan() - ((drop - 0.5 * c) / omega).atan();
+        ((drop * (drop - c)).ln_1p() * omega / phase).min(1.9)
+    };
+    // Half of each change: whole ones swing about the solution where the drop is large.
+    (0..3).fold(next(0.0), |c, _| 0.5 * (c + next(c)))
+}
+
+/// The critical damping of one column, see [`critical_dampings`].
+///
+/// # Errors
+/// [`NoCriticalDamping`] where the orbit cannot be followed.
+pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDamping, NoCriticalDamping> {
+    critical_dampings(std::slice::from_ref(column), tolerance)[0]
+}
+
+/// The lowest damping in `[low, high]` from which the orbit from the exit point sticks, given that it sticks
+/// just below `high`. Along c the fates have a fixed order: crossing, sticking, inward.
+pub fn sticks_from(column: &Column, [low, high]: [f64; 2], tolerance: f64) -> f64 {
+    let sticks = |c: f64| {
+        let fate = flow(&Oscillator::in_column(column, c), tolerance).fate;
+        !matches!(fate, Fate::CrossesForever | Fate::Failed(_))
+    };
+    if sticks(low) {
+        return low;
+    }
+    let (mut low, mut high) = (low, high);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if sticks(middle) { &mut high } else { &mut low }) = middle;
+    }
+    high
+}
+
+/// Two dampings around c*, by the even part of the divergence (theory, "The tests"), widened a little. With a
+/// drop c* may be larger: D <= -2 at all slip speeds that the orbit can reach excludes a return.
+fn bounds(column: &Column) -> [f64; 2] {
+    let mut range = column.curve.even_weakening_range(column.belt_speed);
+    let drop = column.curve.drop();
+    if drop > 0.0 {
+        let fastest = column.belt_speed + column.belt_speed.hypot(drop);
+        range.hi = column.curve.weakening_range(0.0, fastest).hi + 2.0;
+    }
+    let width = (range.hi - range.lo).abs() / column.epsilon;
+    let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
+    [range.lo / column.epsilon - pad, range.hi / column.epsilon + pad]
+}
+
+/// Two dampings between which c* is sought: [`bounds`], or where nothing proves any, such as of laws given as
+/// functions, some that lie far around the balance of energy.
+fn search_bounds(column: &Column) -> [f64; 2] {
+    let [low, high] = bounds(column);
+    let far = |sign: f64| {
+        let balance = energy_balance(column);
+        (balance + sign * WIDE * (1.0 + balance.abs())) / column.epsilon
+    };
+    [if low.is_finite() { low } else { far(-1.0) }, if high.is_finite() { high } else { far(1.0) }]
+}
+
+/// Number of bisections for the damping from which orbits stick.
+const HALVINGS: u32 = 40;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::{Expression, Law, Table};
+
+    /// Friction that drops to a constant: the search begins next to c*, of which phi(V) as rounded tells nothing more.
+    #[test]
+    fn the_balance_of_a_drop_is_next_to_its_critical_damping() {
+        for drop in (1..100).map(|percent| f64::from(percent) / 100.0) {
+            for belt_speed in [0.01, 0.1, 0.3, 1.0, 3.0] {
+                let point = Law::Coulomb.point(1.0, &[drop, 0.0], belt_speed, 0.0).unwrap();
+                let column = Law::Coulomb.column(&point);
+                let (balance, found) = (energy_balance(&column), critical_damping(&column, 1e-9).unwrap());
+                assert!((balance / found.c - 1.0).abs() < 0.05, "{drop} {belt_speed}: {balance} {found:?}");
+            }
+        }
+    }
+
+    /// A first row next to rest makes the bounds of the search wide, and the rows end where orbits of lower damping leave
+    /// them but the grazing orbit does not: rows beyond change the last piece alone.
+    #[test]
+    fn data_that_the_grazing_orbit_does_not_leave_suffice() {
+        let rows = [
+            (0.0, 1.0),
+            (2.9e-6, 0.99516),
+            (0.012_127, 0.921_15),
+            (0.023_686, 0.915_38),
+            (0.040_93, 0.827_79),
+            (0.065, 0.770_3),
+            (0.088_205, 0.741_36),
+            (0.117_72, 0.720_66),
+            (0.126_944, 0.727_2),
+        ];
+        let of_rows = |rows: &[(f64, f64)]| {
+            let law = Law::Table(Table::new("falls", rows, 1.0).unwrap());
+            critical_damping(&law.column(&law.point(1.0, &[], 0.044_172, 0.0).unwrap()), 1e-9).unwrap()
+        };
+        let [short, long] = [of_rows(&rows), of_rows(&[&rows[..], &[(0.5, 0.727_2)]].concat())];
+        assert!((short.c - long.c).abs() < short.error + long.error, "{short:?} {long:?}");
+        assert!(short.error < 1e-5, "{short:?}");
+    }
+
+    /// Next to the most braking, where a quarter may start late, the speed at which braking and spring balance does not change.
+    #[test]
+    fn errors_hold_where_the_balance_turns() {
+        let law = Law::Expression(Expression::new("0.58 + 0.42*exp(-(u/0.03)^2)", 1.0).unwrap());
+        for belt_speed in [0.232_846_642_3, 0.274_968_748_4, 0.325_191_259_6] {
+            let column = law.column(&law.point(1.0, &[], belt_speed, 0.0).unwrap());
+            let [found, exact] = [1e-9, 1e-12].map(|tolerance| critical_damping(&column, tolerance).unwrap());
+            assert!((found.c - exact.c).abs() < found.error + exact.error, "{found:?} {exact:?}");
+            assert!(found.error < 1e-9, "{found:?}");
+        }
+    }
+
+    /// A fall that rounds off at rest tends to a drop as it becomes narrow. Next to rest x2'' = -x2 and friction falls as
+    /// u^2 / w^2: the time until it falls, and the error, are of the order w^(2/3).
+    #[test]
+    fn narrow_falls_that_are_round_at_rest_have_a_critical_damping() {
+        let coulomb = Law::Coulomb.column(&Law::Coulomb.point(1.0, &[0.3, 0.0], 1.0, 0.0).unwrap());
+        let drop = critical_damping(&coulomb, 1e-12).unwrap().c;
+        let law = Law::Expression(Expression::new("1 - 0.3*tanh(u/w)^2", 1.0).unwrap());
+        let excess = |width: f64| {
+            let column = law.column(&law.point(1.0, &[width], 1.0, 0.0).unwrap());
+            let found = critical_damping(&column, 1e-9).unwrap();
+            assert!(found.error < 1e-7, "{width}: {found:?}");
+            found.c - drop
+        };
+        // An orbit by arcs gave 0.028750799 +- 1.2e-8.
+        assert!((excess(1e-2) + drop - 0.028_750_799).abs() < 1.2e-8);
+        for width in [1e-4, 1e-6, 1e-8, 1e-10] {
+            let off = excess(width) / width.powf(2.0 / 3.0);
+            assert!((0.25..0.3).contains(&off), "{width}: {off}");
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! The parallel engine: worker threads compute and pack tiles, and the calling thread writes them. A bounded
+//! channel between them limits the memory. The content of a tile depends on the plan alone, so a map is the
+//! same for any number of threads.
+
+use std::cell::LazyCell;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::sync_channel;
+
+use super::Field;
+use super::MethodCells;
+use super::Plan;
+use super::PlaneCurves;
+use super::Runs;
+use super::Sink;
+use super::Tile;
+use super::TileData;
+use super::account::{Account, MethodAccount, count, failed_cells};
+use super::audit::Draws;
+use super::contradictions::contradictions;
+use super::interpolation::Interpolated;
+use super::proved::Proved;
+use super::quantity::describe;
+use super::simulation::{Simulated, simulate};
+use crate::clock::timed;
+use slipmap_certify::{Claim, Columns, Dampings};
+use slipmap_column::{End, Method, Regime, Verdict};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_orbits::return_map::{flow_after_turn, is_resolved};
+
+/// The number of threads, the callbacks and the interruption of a computation.
+pub struct Control<'a> {
+    /// Number of worker threads; all cores if `None`.
+    pub threads: Option<usize>,
+    /// Called with the number of cells just computed, from any worker.
+    pub on_cells: &'a (dyn Fn(usize) + Sync),
+    /// Called after each plane of curves, from any worker.
+    pub on_plane: &'a (dyn Fn() + Sync),
+    /// Set to true to stop after the current tiles.
+    pub stop: &'a AtomicBool,
+}
+
+impl Default for Control<'_> {
+    /// All cores, no callbacks, never stopped.
+    fn default() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self { threads: None, on_cells: &|_| (), on_plane: &|| (), stop: &NEVER }
+    }
+}
+
+/// The result of a run, without the cells themselves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Wall-clock seconds.
+    pub seconds: f64,
+    /// Number of worker threads.
+    pub threads: usize,
+    /// The sum of the accounts of all tiles, with the disagreements of the audit in the order of the grid.
+    pub account: Account,
+    /// The proofs between the nodes, if the plan requests them; see [`super::prove`].
+    pub proved: Option<Proved>,
+    /// The curves of codimension one, if the plan requests them.
+    pub curves: Vec<PlaneCurves>,
+    /// Wall-clock seconds that the curves took.
+    pub curves_seconds: f64,
+}
+
+/// Reason why a computation ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum ComputeError<E: std::error::Error> {
+    /// [`Control::stop`] was set.
+    #[error("interrupted")]
+    Interrupted,
+    /// The worker threads could not be started.
+    #[error("cannot start the worker threads: {0}")]
+    Threads(String),
+    /// The sink failed.
+    #[error(transparent)]
+    Sink(E),
+}
+
+/// The tiles of a plan, each handed out once.
+#[derive(Debug)]
+pub struct Queue {
+    next: AtomicUsize,
+    finished: Vec<bool>,
+}
+
+impl Queue {
+    /// The queue of the tiles that are not `finished`, which has one entry per tile of the grid.
+    #[must_use]
+    pub fn new(finished: Vec<bool>) -> Self {
+        Self { next: AtomicUsize::new(0), finished }
+    }
+
+    /// Number of the next tile to compute; `None` when none is left.
+    pub fn take(&self) -> Option<usize> {
+        loop {
+            let number = self.next.fetch_add(1, Ordering::Relaxed);
+            match self.finished.get(number) {
+                Some(true) => {}
+                Some(false) => return Some(number),
+                None => return None,
+            }
+        }
+    }
+}
+
+/// Computes tiles into `sink`. The workers call `next` for the number of the next tile, until it returns
+/// `None`. Returns the sum of the tiles' accounts, and the number of workers.
+///
+/// # Errors
+/// [`ComputeError`]; the sink may then lack tiles whose numbers `next` has returned.
+pub fn compute_tiles<S: Sink>(
+    plan: &Plan,
+    sink: &S,
+    control: &Control,
+    next: &(dyn Fn() -> Option<usize> + Sync),
+) -> Result<(Account, usize), ComputeError<S::Error>> {
+    let pool = super::pool(control.threads).map_err(|error| ComputeError::Threads(error.to_string()))?;
+    let threads = pool.current_num_threads();
+    let draws = Draws::new(plan);
+    let failed = AtomicBool::new(false);
+    let (sender, receiver) = sync_channel::<Result<(S::Packed, Account), S::Error>>(2 * threads);
+
+    let mut sum = Account::none(plan);
+    let mut outcome = Ok(());
+    std::thread::scope(|scope| {
+        let (failed, draws, pool) = (&failed, &draws, &pool);
+        let workers = move || {
+            pool.broadcast(|_| {
+                let sender = sender.clone();
+                while let Some(number) = next() {
+                    if control.stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
+                        break;
+                    }
+                    let message = work(plan, sink, draws, &plan.grid.tile(&plan.tile_shape, number));
+                    if let Ok((_, account)) = &message {
+                        (control.on_cells)(account.cells as usize);
+                    }
+                    if sender.send(message).is_err() {
+                        break;
+                    }
+                }
+            });
+        };
+        if let Err(error) = std::thread::Builder::new().spawn_scoped(scope, workers) {
+            outcome = Err(ComputeError::Threads(error.to_string()));
+        }
+        for message in receiver {
+            if outcome.is_err() {
+                continue;
+            }
+            let written = message.and_then(|(packed, account)| {
+                let (written, seconds) = timed(|| sink.write(packed, &account));
+                written.map(|()| (account, seconds))
+            });
+            match written {
+                Ok((account, seconds)) => {
+                    sum.add(account);
+                    sum.stages.write += seconds;
+                }
+                Err(error) => {
+                    failed.store(true, Ordering::Relaxed);
+                    outcome = Err(ComputeError::Sink(error));
+                }
+            }
+        }
+    });
+    outcome?;
+    if control.stop.load(Ordering::Relaxed) {
+        return Err(ComputeError::Interrupted);
+    }
+    Ok((sum, threads))
+}
+
+/// Computes and packs one tile.
+fn work<S: Sink>(
+    plan: &Plan,
+    sink: &S,
+    draws: &Draws,
+    tile: &Tile,
+) -> Result<(S::Packed, Account), S::Error> {
+    let (data, mut account) = compute_tile(plan, draws, tile);
+    let (packed, packing) = timed(|| sink.pack(&data));
+    let ((), counting) = timed(|| {
+        for (method, cells) in account.methods.iter_mut().zip(&data.methods) {
+            method.counts = count(&cells.verdicts);
+        }
+        account.contradictions = contradictions(&data);
+        account.failed = failed_cells(&plan.grid, &data);
+    });
+    account.stages.pack = packing + counting;
+    Ok((packed?, account))
+}
+
+/// Computes one tile: all methods, and the optional fields. The account still lacks the entries that [`work`]
+/// derives from the verdicts.
+fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) {
+    let mut account = Account { cells: tile.cells() as u64, ..Account::default() };
+    // Nodes without a column are computed as another one, and then made blank.
+    let mut blank = Vec::new();
+    let other = LazyCell::new(|| plan.grid.some_column());
+    let (all, taken): (Vec<Column>, f64) = timed(|| {
+        let found = plan.grid.columns(tile).enumerate();
+        let or_blank = |(at, column): (usize, Option<Column>)| {
+            column.unwrap_or_else(|| {
+                blank.push(at);
+                (*other).clone()
+            })
+        };
+        found.map(or_blank).collect()
+    });
+    account.stages.columns = taken;
+    let columns = Columns::new(&all);
+    let cs = &plan.grid.dampings()[tile.damping_range()];
+    let axes = plan.grid.coordinates_of(tile);
+    let mut methods = Vec::with_capacity(plan.methods.len());
+    let mut simulated = None;
+    let needs_flow =
+        plan.methods.contains(&Method::Simulation) || plan.fields.iter().any(|field| field.needs_flow());
+    let (known, taken) = timed(|| match needs_flow {
+        true => Interpolated::of_tile(plan, tile, &columns),
+        false => Interpolated::none(),
+    });
+    account.stages.interpolation = taken;
+    for &method in &plan.methods {
+        let (cells, taken) = timed(|| match method {
+            Method::Test(test) => closed_form(plan, method, &test.claims(&columns), cs),
+            Method::Simulation => {
+                let (cells, ends) = simulation(plan, method, &columns, &axes, cs, &known);
+                simulated = Some(ends);
+                cells
+            }
+            Method::Naive(..) => {
+                let decide = |column: &Column, c: f64| method.decide(column, c, plan.tolerance);
+                let verdicts =
+                    columns.iter().flat_map(|column| cs.iter().map(move |&c| decide(column, c))).collect();
+                // These methods have neither margins nor critical dampings.
+                let no_numbers = |field, length| vec![f64::NAN; if plan.stores(field) { length } else { 0 }];
+                MethodCells {
+                    margins: no_numbers(Field::Margin, columns.len() * cs.len()),
+                    critical: no_numbers(Field::CriticalC, columns.len()),
+                    ..MethodCells::new(method, verdicts)
+                }
+            }
+        });
+        methods.push(cells);
+        account.methods.push(MethodAccount { seconds: taken, ..MethodAccount::default() });
+    }
+    account.rhs = known.rhs;
+    if let Some(Simulated { paths, rhs, without_critical, critical, .. }) = &simulated {
+        account.paths = *paths;
+        account.rhs += rhs;
+        // A column may lie in several tiles.
+        if tile.damping_range().start == 0 {
+            account.unknown.critical = *without_critical;
+        }
+        if plan.stores(Field::CriticalC) && tile.damping_range().start == 0 {
+            let withheld = critical.iter().flatten().filter(|found| found.known().is_err());
+            account.unknown.inaccurate = withheld.count() as u64;
+        }
+    }
+    let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
+    if plan.fields.iter().any(|field| field.needs_flow()) {
+        let (simulated, taken) = timed(|| {
+            simulated
+                .unwrap_or_else(|| simulate(&columns, &axes, cs, plan.engine, plan.tolerance, false, &known))
+        });
+        account.stages.fields += taken;
+        let (described, taken) = timed(|| describe(plan, tile, &columns, &simulated.ends, &known));
+        account.left_out_from = described.left_out_from;
+        account.stages.regime = described.regime_seconds;
+        account.stages.fields += taken - described.regime_seconds;
+        (data.regime, data.quantities) = (described.regimes, described.quantities);
+    }
+    data.blank_out(&blank);
+    account.blank = (blank.len() * cs.len()) as u64;
+    let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
+    (account.audit, account.stages.audit) = timed(|| draws.audit(plan, tile, &verdicts));
+    account.unknown.regimes = data.regime.count(|regime| regime == Regime::Failed);
+    if !data.regime.is_empty() {
+        account.unknown.regimes -= account.blank;
+    }
+    (data, account)
+}
+
+/// Evaluates a closed-form test on the columns of a tile, cell by cell.
+fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> MethodCells {
+    let mut cells = MethodCells::new(method, Runs::new());
+    let mut dampings = Dampings::new(cs);
+    for claim in claims {
+        for (decision, length) in dampings.decide(claim) {
+            cells.verdicts.push(decision.into(), length);
+        }
+        if plan.stores(Field::Margin) {
+            cells.margins.extend(cs.iter().map(|&c| claim.margin(c)));
+        }
+        if plan.stores(Field::CriticalC) {
+            cells.critical.push(claim.edge().unwrap_or(f64::NAN));
+        }
+    }
+    cells
+}
+
+/// Simulates the flow on the columns of a tile.
+fn simulation(
+    plan: &Plan,
+    method: Method,
+    columns: &Columns,
+    axes: &[Vec<f64>],
+    cs: &[f64],
+    known: &Interpolated,
+) -> (MethodCells, Simulated) {
+    let want_critical = plan.stores(Field::CriticalC);
+    let mut simulated = simulate(columns, axes, cs, plan.engine, plan.tolerance, want_critical, known);
+    let mut cells = MethodCells::new(method, simulated.ends.map(End::verdict));
+    if plan.stores(Field::Margin) {
+        let found = match simulated.margins.take() {
+            Some(found) => found,
+            None => simulated.count_margins(columns, axes, cs, plan.tolerance),
+        };
+        let margin_of = |(cell, (&margin, &error)): (usize, (&f64, &f64))| {
+            if is_resolved(margin, error) {
+                return margin;
+            }
+            // As at a single point: by arcs, and -1 where the orbit tends to a node.
+            let oscillator = Oscillator::in_column(&columns[cell / cs.len()], cs[cell % cs.len()]);
+            let answer = flow_after_turn(&oscillator, margin, plan.tolerance);
+            simulated.rhs += answer.rhs;
+            answer.margin
+        };
+        cells.margins.extend(found.margins.iter().zip(&found.errors).enumerate().map(margin_of));
+    }
+    if want_critical {
+        for critical in &simulated.critical {
+            let (value, error) = match critical.map(|found| (found, found.known())) {
+                Some((found, Ok(_))) if found.c >= 0.0 => (found.c, found.error),
+                // The error says why there is no value.
+                Some((found, Err(_))) => (f64::NAN, found.error),
+                Some((_, Ok(_))) | None => (f64::NAN, f64::NAN),
+            };
+            cells.critical.push(value);
+            cells.critical_errors.push(error);
+        }
+    }
+    (cells, simulated)
+}

@@ -1,0 +1,204 @@
+//! The lower flow in polar coordinates (theory, "Two forms of the slip flow"): with v = x2 = r cos th and
+//! w = x2' = -r sin th,
+//!
+//! ```text
+//! dr/dth = D r sin^2 th / (1 + D sin th cos th),    dt/dth = 1 / (1 + D sin th cos th),    D = D(V - v)
+//! ```
+//!
+//! The state is delta = r/V - 1, which is zero at the exit point: the margin m/V = delta(2 pi) then has a
+//! small *relative* error, which is what decides points next to grazing.
+
+use slipmap_model::point::ScaledGroups;
+use slipmap_numbers::Aligned;
+
+/// The damping at which an orbit closes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closing {
+    /// C = eps c.
+    pub viscous: f64,
+    /// Estimate of its absolute error.
+    pub error: f64,
+    /// Number of evaluations of the right-hand side.
+    pub rhs: u64,
+    /// dC / d ln r, where it is known, and an estimate of its absolute error.
+    pub slope: Option<[f64; 2]>,
+}
+
+/// The result of one turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Turn {
+    /// The orbit completed the turn.
+    Complete {
+        /// m / V.
+        margin: f64,
+        /// Estimate of the absolute error of the margin.
+        error: f64,
+        /// Number of evaluations of the right-hand side, failed attempts included.
+        rhs: u32,
+    },
+    /// The polar form does not apply (an overdamped node, or an orbit that runs far past the belt line), or
+    /// the finest step misses the tolerance.
+    HandOver {
+        /// Number of evaluations spent.
+        rhs: u32,
+    },
+}
+
+/// 1 / n!, n from 0.
+pub const INVERSE_FACTORIALS: [f64; 18] = {
+    let mut inverses = [1.0; 18];
+    let (mut factorial, mut n) = (1.0, 1);
+    while n < inverses.len() {
+        factorial *= n as f64;
+        inverses[n] = 1.0 / factorial;
+        n += 1;
+    }
+    inverses
+};
+
+/// exp(x) by its Taylor series to degree 9 at x / 2^`HALVINGS`, then as many squarings: to a few units in the
+/// last place for |x| <= 0.09 * 2^`HALVINGS`, to 1e-8 for |x| <= 0.5 * 2^`HALVINGS`.
+#[inline(always)]
+pub fn exp<const HALVINGS: u32>(x: f64) -> f64 {
+    let y = x / f64::from(1_u32 << HALVINGS);
+    let mut sum = INVERSE_FACTORIALS[9];
+    for n in (1..9).rev() {
+        sum = y.mul_add(sum, INVERSE_FACTORIALS[n]);
+    }
+    // expm1 keeps the accuracy of small arguments through the squarings: e(2y) = e(y) (2 + e(y)).
+    let mut expm1 = y * sum;
+    for _ in 0..HALVINGS {
+        expm1 *= 2.0 + expm1;
+    }
+    1.0 + expm1
+}
+
+/// exp(x) for x <= 0 by its Taylor series to degree 13 at the remainder of x by ln 2; to a few units in the last place, and
+/// not below the normal numbers.
+#[inline(always)]
+pub fn exp_falling(x: f64) -> f64 {
+    // ln 2 as a sum of two numbers, of which the first has zeros at its end.
+    const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
+    // A number of this size has no fraction; its last bits are those of the exponent.
+    const WHOLE: f64 = 6_755_399_441_055_744.0 + 1023.0;
+    let x = if x > -708.0 { x } else { -708.0 };
+    let shifted = x.mul_add(std::f64::consts::LOG2_E, WHOLE);
+    let whole = shifted - WHOLE;
+    let rest = whole.mul_add(-LN_2[1], whole.mul_add(-LN_2[0], x));
+    let mut sum = INVERSE_FACTORIALS[13];
+    for n in (0..13).rev() {
+        sum = rest.mul_add(sum, INVERSE_FACTORIALS[n]);
+    }
+    sum * f64::from_bits(shifted.to_bits() << 52)
+}
+
+/// Number of orbits integrated together: two AVX2 registers or one AVX-512 register.
+pub const LANES: usize = 8;
+/// A number of each of them.
+pub type Vector = Aligned<LANES>;
+
+/// Least rate of the angle, dth/dt, relative to the undamped oscillator. Near zero the polar angle is not
+/// monotone in time (an overdamped node), and the point is handed over.
+const SLOWEST_TURN: f64 = 0.05;
+
+/// Trigonometric functions at an angle of the orbit.
+#[derive(Clone, Copy, Debug)]
+pub struct Angle {
+    pub cos: f64,
+    pub sin_cos: f64,
+    pub sin_squared: f64,
+}
+
+impl Angle {
+    pub fn new(theta: f64) -> Self {
+        let (sin, cos) = theta.sin_cos();
+        Self { cos, sin_cos: sin * cos, sin_squared: sin * sin }
+    }
+}
+
+/// The divergences of [`LANES`] orbits of Stribeck's law, D = a / (1 + k s)^2 - b2 s - c with s = 1 - R cos th.
+pub struct Lanes {
+    a: Vector,
+    k: Vector,
+    b2: Vector,
+    /// C = eps c.
+    pub c: Vector,
+}
+
+impl Lanes {
+    /// Lanes of the groups that `of` returns.
+    pub fn new(of: impl Fn(usize) -> ScaledGroups) -> Self {
+        let pick = |value: fn(ScaledGroups) -> f64| Vector::from_fn(|lane| value(of(lane)));
+        Self { a: pick(|of| of.a), k: pick(|of| of.k), b2: pick(|of| 2.0 * of.b), c: pick(|of| of.c) }
+    }
+
+    /// d delta / d theta of every lane.
+    ///
+    /// `room` accumulates the smallest distance of each lane from the border of the domain of the polar form;
+    /// a lane whose room is not positive at the end (or whose state is not finite) is invalid.
+    #[inline(always)]
+    pub fn slope(&self, angle: Angle, delta: &Vector, room: &mut Vector) -> Vector {
+        let mut slope = Vector::default();
+        for lane in 0..LANES {
+            let r = 1.0 + delta[lane];
+            let terms = self.terms(lane, angle, r, &mut room[lane]);
+            slope[lane] = r * angle.sin_squared * terms.numerator / terms.turn;
+        }
+        slope
+    }
+
+    /// d ln r / d theta of every lane, and its derivatives; that by ln r only with `GROWTH`.
+    #[inline(always)]
+    pub fn log_slope<const GROWTH: bool>(&self, angle: Angle, r: &Vector, room: &mut Vector) -> LogSlope {
+        let [mut slope, mut by_c, mut by_log_r] = [Vector::default(); 3];
+        for lane in 0..LANES {
+            let terms = self.terms(lane, angle, r[lane], &mut room[lane]);
+            let inverse = 1.0 / terms.turn;
+            let ratio = terms.denominator * inverse;
+            slope[lane] = angle.sin_squared * terms.numerator * inverse;
+            by_c[lane] = -angle.sin_squared * ratio * ratio;
+            if GROWTH {
+                // dD / d ln r = r cos theta (b2 + 2 a k / x^3), and the square of the denominator times that.
+                let linear = self.b2[lane] * terms.denominator * terms.denominator;
+                let steepness = (self.a[lane] * self.k[lane]).mul_add(2.0 * terms.x, linear);
+                by_log_r[lane] = angle.sin_squared * inverse * inverse * r[lane] * angle.cos * steepness;
+            }
+        }
+        LogSlope { slope, by_c, by_log_r }
+    }
+
+    /// The divergence at scaled radius `r` as numerator / denominator, and turn = denominator dth/dt.
+    #[inline(always)]
+    fn terms(&self, lane: usize, angle: Angle, r: f64, room: &mut f64) -> Terms {
+        let s = (-r).mul_add(angle.cos, 1.0);
+        let x = self.k[lane].mul_add(s, 1.0);
+        let denominator = x * x;
+        let linear = self.b2[lane].mul_add(s, self.c[lane]);
+        let numerator = (-linear).mul_add(denominator, self.a[lane]);
+        let turn = numerator.mul_add(angle.sin_cos, denominator);
+        // The lower field continued above the belt line may have a pole.
+        let excess = (-SLOWEST_TURN).mul_add(denominator, turn);
+        let distance = x - SLOWEST_TURN;
+        let tightest = if excess < distance { excess } else { distance };
+        *room = if tightest < *room { tightest } else { *room };
+        Terms { numerator, denominator, turn, x }
+    }
+}
+
+/// See [`Lanes::log_slope`].
+pub struct LogSlope {
+    /// d ln r / d theta.
+    pub slope: Vector,
+    /// Its derivative by C = eps c.
+    pub by_c: Vector,
+    /// Its derivative by ln r; zero if it was not requested.
+    pub by_log_r: Vector,
+}
+
+/// See [`Lanes::terms`].
+struct Terms {
+    numerator: f64,
+    denominator: f64,
+    turn: f64,
+    x: f64,
+}
