@@ -66,6 +66,8 @@ pub use slipmap_witness as witness;
 
 #[cfg(feature = "config")]
 pub use slipmap_config as config;
+#[cfg(feature = "store")]
+pub use slipmap_files as files;
 #[cfg(feature = "config")]
 pub use slipmap_fit as fit;
 #[cfg(feature = "store")]

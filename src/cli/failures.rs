@@ -16,11 +16,13 @@ use super::{Ended, Failure, interrupt, progress};
 use slipmap_column::Method;
 use slipmap_column::limits::HIGHEST;
 use slipmap_config::Job;
-use slipmap_format::files::create_folders;
+use slipmap_files::create_folders;
+use slipmap_files::csv::csv_text;
+use slipmap_files::{Existing, write_file};
 use slipmap_machine::probe::command_line;
 use slipmap_numbers::text::{known_part, rounded};
 use slipmap_orbits::naive::NaiveKnobs;
-use slipmap_report::{Existing, csv_text, write_file};
+
 use slipmap_study::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
 
 /// Largest number of cells: more would take hours.

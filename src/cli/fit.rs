@@ -10,9 +10,11 @@ use super::replace;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
 use slipmap_config::{Measured, OfMachine, law_of, words_of};
+use slipmap_figure::write_figure;
+use slipmap_files::write_file;
 use slipmap_fit::{Fit, Form};
 use slipmap_numbers::text::{rounded, with_error};
-use slipmap_report::{FitFigure, rich, write_figure, write_file};
+use slipmap_report::{FitFigure, rich};
 
 /// Fit friction laws to measured friction.
 #[derive(Debug, Args)]

@@ -15,9 +15,11 @@ use super::replace;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
 use slipmap_config::MachineJob;
+use slipmap_figure::write_figure;
+use slipmap_files::write_file;
 use slipmap_machine::assessment::{Assessment, assess_fitted};
 use slipmap_machine::risk::{NoRisk, Risk, is_uncertain, risk};
-use slipmap_report::{MachinePage, Subject, to_json, write_figure, write_file};
+use slipmap_report::{MachinePage, Subject, to_json};
 
 /// Assess a machine at its working point, on one page.
 #[derive(Debug, Args)]
@@ -76,11 +78,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.out {
         let existing = existing(arguments.overwrite);
         let html = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("html"));
-        let written = match html {
-            true => write_file(MachinePage::html(&pages).as_bytes(), path, existing),
-            false => write_figure(&MachinePage::scene(&pages), &MachinePage::caption(&pages), path, existing),
-        };
-        written.map_err(failure)?;
+        if html {
+            write_file(MachinePage::html(&pages).as_bytes(), path, existing).map_err(failure)?;
+        } else {
+            let (scene, caption) = (MachinePage::scene(&pages), MachinePage::caption(&pages));
+            write_figure(&scene, &caption, path, existing).map_err(failure)?;
+        }
     }
     if arguments.json {
         let all: Vec<Value> = machines.iter().map(|it| to_json(&it.all, it.risk.as_ref())).collect();

@@ -9,9 +9,11 @@ use super::output::{exact, short};
 use super::replace;
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
+use slipmap_figure::write_figure;
+use slipmap_files::write_file;
 use slipmap_report::figure::plot::{At, Marks};
 use slipmap_report::figure::{self, DiagramPlot, Plot, Width, diagram};
-use slipmap_report::{ReportError, View, write_figure, write_file};
+use slipmap_report::{ReportError, View};
 
 /// Draw variables of a map.
 #[derive(Debug, Args)]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::output::{bytes, count};
 use super::{Ended, Failure, replace, say};
 use slipmap_config::Job;
-use slipmap_format::files::{self, folder_of};
+use slipmap_files::folder_of;
 use slipmap_map::Grid;
 
 /// State of the output's path and of its disk.
@@ -142,7 +142,7 @@ fn first_folder(output: &Path) -> PathBuf {
 
 pub(super) fn create_folders(output: &Path) -> Result<(), Failure> {
     let folder = folder_of(output);
-    files::create_folders(folder).map_err(|error| {
+    slipmap_files::create_folders(folder).map_err(|error| {
         let problem = format!("the folder {} cannot be created: {error}", folder.display());
         Failure::bad_input(problem, "choose another place with --set output.path=..")
     })

@@ -18,7 +18,8 @@ use super::threads::not_started;
 use super::{Ended, Failure, interrupt, probe_machine};
 use slipmap_column::{Method, slip_cycle_count};
 use slipmap_config::{MachineJob, PointTable};
-use slipmap_format::files::{folder_of, publish_file, temporary_in};
+use slipmap_files::csv::is_formula;
+use slipmap_files::{folder_of, publish_file, temporary_in};
 use slipmap_machine::assessment::StandardErrors;
 use slipmap_machine::behaviour::growth_time;
 use slipmap_machine::probe::Answer;
@@ -27,7 +28,6 @@ use slipmap_machine::{Dimension, Friction, INERTIA, Machine, Motion};
 use slipmap_map::{Description, Quantity, dimension};
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
-use slipmap_report::is_formula;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;

@@ -12,7 +12,7 @@ use slipmap_certify::certificate::{Certificate, Checked, Format as _, NoCertific
 use slipmap_certify::law_certificate::LawCertificate;
 use slipmap_certify::point_certificate::PointCertificate;
 use slipmap_certify::validated::tile::GroupBox;
-use slipmap_format::files::{create_folders, folder_of, publish_file, temporary_in};
+use slipmap_files::{create_folders, folder_of, publish_file, temporary_in};
 use slipmap_map::Proofs;
 
 /// Largest size in bytes of a certificate that is read: twenty thousand tiles of the universal surface.

@@ -8,10 +8,12 @@ use clap::Args;
 use super::plot::{TWO, width};
 use super::replace;
 use super::{Ended, Failure, interrupt, progress, say};
+use slipmap_figure::FigureError;
+use slipmap_files::{Existing, WriteError};
 use slipmap_format::{MapFile, StoreError};
 use slipmap_map::Control;
 use slipmap_report::figure::Width;
-use slipmap_report::{Existing, Report, ReportError, ReportOptions, View};
+use slipmap_report::{Report, ReportError, ReportOptions, View};
 use slipmap_study::benchmark::StudyError;
 
 /// Write tables and figures that compare the methods of a map.
@@ -148,20 +150,21 @@ pub(super) fn unwritten(path: &Path, error: &io::Error) -> Failure {
     }
 }
 
-pub(super) fn failure(error: ReportError) -> Failure {
-    match error {
-        ReportError::Exists(path) => replace::exists(path.display()),
-        ReportError::NoFolder { .. }
-        | ReportError::NotYours { .. }
-        | ReportError::Format { .. }
-        | ReportError::Choice(_)
-        | ReportError::Study(StudyError::NoReference { .. })
-        | ReportError::Peers { .. } => Failure::BadInput(error.to_string()),
+pub(super) fn failure(error: impl Into<ReportError>) -> Failure {
+    match error.into() {
+        ReportError::Write(error) | ReportError::Figure(FigureError::Write(error)) => match error {
+            WriteError::Exists(path) => replace::exists(path.display()),
+            WriteError::NoFolder { .. } | WriteError::NotYours { .. } => Failure::BadInput(error.to_string()),
+            WriteError::Io { path, source } => unwritten(&path, &source),
+        },
         ReportError::Map(error) => unreadable(&error),
-        ReportError::Io { path, source } => unwritten(&path, &source),
         ReportError::Interrupted | ReportError::Study(StudyError::Interrupted) => {
             Failure::Interrupted(super::NOTHING_LEFT.into())
         }
-        _ => Failure::Broken(error.to_string()),
+        error @ (ReportError::Figure(FigureError::Format(_))
+        | ReportError::Choice(_)
+        | ReportError::Study(StudyError::NoReference { .. })
+        | ReportError::Peers { .. }) => Failure::BadInput(error.to_string()),
+        error => Failure::Broken(error.to_string()),
     }
 }

@@ -57,8 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let on_row = |done: usize| bar.set_position(done as u64);
     let stop = interrupt::flag();
     let go_on = || !stop.load(Ordering::Relaxed);
-    let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on)
-        .map_err(|error| failure(error.into()))?;
+    let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on).map_err(failure)?;
     bar.finish_and_clear();
     add_peers(&mut study, Path::new("results")).map_err(failure)?;
     match &study.peers {

@@ -8,9 +8,10 @@ use std::sync::atomic::AtomicBool;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use slipmap::config::{Job, PointTable};
+use slipmap::files::Existing;
 use slipmap::friction::Law;
 use slipmap::map::{Control, Plan, Plane, PlaneCurves, Queue, Sink, compute_tiles};
-use slipmap::store::{Existing, Journals, MapFile, PartialMap, Provenance, StoreError, check};
+use slipmap::store::{Journals, MapFile, PartialMap, Provenance, StoreError, check};
 
 /// A valid configuration with every section.
 const JOB: &str = "\

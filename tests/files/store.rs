@@ -5,12 +5,11 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use slipmap::column::{Method, Regime, Verdict};
+use slipmap::files::Existing;
 use slipmap::friction::Law;
 use slipmap::map::{Account, Field, Grid, MethodCells, Plan, Runs, Sink, Tile, TileData};
 use slipmap::store::Pick::{Every, Node};
-use slipmap::store::{
-    CheckReport, Existing, MapFile, Outcome, PartialMap, Provenance, StoreError, Value, check,
-};
+use slipmap::store::{CheckReport, MapFile, Outcome, PartialMap, Provenance, StoreError, Value, check};
 use tempfile::TempDir;
 
 /// Axes with lengths that no tile size divides, and axes of one point.

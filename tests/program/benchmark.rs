@@ -165,7 +165,7 @@ fn no_row_dominates_a_row_on_the_front() {
 fn table_and_chart_hold_the_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    write_study(&STUDY, &out, slipmap::report::Existing::Refuse, Width::TwoColumns).unwrap();
+    write_study(&STUDY, &out, slipmap::files::Existing::Refuse, Width::TwoColumns).unwrap();
     let csv = std::fs::read_to_string(out.join("work-precision.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
     let header = reader.headers().unwrap().clone();

@@ -1,6 +1,6 @@
 //! The numbers behind a figure, as a table in CSV.
 
-use super::csv::csv_text;
+use slipmap_files::csv::csv_text;
 
 /// A column of numbers or words.
 #[derive(Clone, Debug, PartialEq)]

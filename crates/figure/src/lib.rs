@@ -5,7 +5,6 @@
 #![allow(missing_docs)]
 
 pub mod axis;
-pub mod csv;
 pub mod data;
 pub mod legend;
 pub mod lines;
@@ -18,3 +17,8 @@ pub mod scene;
 pub mod strips;
 pub mod style;
 pub mod text;
+#[cfg(feature = "files")]
+mod write;
+
+#[cfg(feature = "files")]
+pub use write::{FigureError, write_figure};

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 use sha2::{Digest, Sha256};
 
-use crate::files::{self, sync_folder};
+use slipmap_files::{folder_of, sync_folder};
 
 use super::error::StoreError;
 use super::seal::beside;
@@ -59,7 +59,9 @@ pub fn journals(output: &Path) -> Result<Vec<PathBuf>, StoreError> {
 
 /// The files that have the name of a journal of the map at `output`, sorted.
 pub(super) fn named_as_journals(output: &Path) -> Result<impl Iterator<Item = PathBuf>, StoreError> {
-    Ok(files::named(&beside(output, NAME)?)?.into_iter())
+    let start = beside(output, NAME)?;
+    let listed = slipmap_files::named(&start);
+    Ok(listed.map_err(|source| StoreError::io("list the folder", folder_of(&start), source))?.into_iter())
 }
 
 /// Makes the part of a frame before its contents.
@@ -111,7 +113,8 @@ impl Journal {
     pub(super) fn create(output: &Path, header: &[u8]) -> Result<Self, StoreError> {
         let failed = |source| StoreError::io("write", output, source);
         let name = beside(output, NAME)?;
-        let (file, path) = files::temporary(&name).and_then(|file| Ok(file.keep()?)).map_err(failed)?;
+        let (file, path) =
+            slipmap_files::temporary(&name).and_then(|file| Ok(file.keep()?)).map_err(failed)?;
         // As the output is given, not as the system knows it.
         let path = name.with_file_name(path.file_name().unwrap_or_default());
         let mut journal = Self { path, file, end: 0, synced: Instant::now(), keep: false };

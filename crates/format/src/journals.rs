@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::{self, Existing, folder_of};
+use slipmap_files::{Existing, folder_of};
 use slipmap_map::dataset::{Outcome, Provenance, Value, attributes};
 use slipmap_map::{Account, Plan, Shard};
 
@@ -268,7 +268,7 @@ impl Journals {
             return Err(StoreError::Incomplete { path: self.output.clone(), missing, tiles, first });
         }
         remove_unfinished(&self.output);
-        let temporary = files::temporary(&beside(&self.output, UNFINISHED)?)
+        let temporary = slipmap_files::temporary(&beside(&self.output, UNFINISHED)?)
             .map_err(|source| StoreError::io("write", &self.output, source))?
             .into_temp_path();
         let (opening, history) = (&self.opening, self.history());
@@ -358,13 +358,13 @@ pub fn remove_parts(output: &Path) -> Result<(), StoreError> {
             _ => {}
         }
     }
-    files::sync_folder(output).map_err(|source| StoreError::io("write", folder_of(output), source))
+    slipmap_files::sync_folder(output).map_err(|source| StoreError::io("write", folder_of(output), source))
 }
 
 /// Removes unfinished maps, but no journals: those of killed processes, and for a process that cannot drop its
 /// own. A process that is making one finds it gone at the end.
 pub fn remove_unfinished(output: &Path) {
-    let unfinished = beside(output, UNFINISHED).and_then(|start| files::named(&start));
+    let unfinished = beside(output, UNFINISHED).ok().and_then(|start| slipmap_files::named(&start).ok());
     for path in unfinished.unwrap_or_default() {
         // If it cannot be removed now, the next run removes it.
         let _ = fs::remove_file(path);

@@ -66,8 +66,7 @@ mod codec;
 mod create;
 mod curves;
 mod error;
-pub mod files;
-mod identity;
+pub mod identity;
 mod journal;
 mod journals;
 mod layout;
@@ -81,7 +80,6 @@ mod sys;
 mod value;
 mod writer;
 
-pub use crate::files::Existing;
 pub use check::{CheckReport, Problem, check};
 pub use error::StoreError;
 pub use journal::{is_journal, journals};

@@ -79,8 +79,9 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::{Existing, Journals, Outcome, PartialMap, Provenance};
+    use crate::{Journals, Outcome, PartialMap, Provenance};
     use slipmap_column::{Method, Verdict};
+    use slipmap_files::Existing;
     use slipmap_map::{Account, Field, Grid, MethodCells, Plan, Runs, Sink, TileData};
     use slipmap_model::friction::Law;
 

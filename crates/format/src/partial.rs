@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use crate::files::Existing;
+use slipmap_files::Existing;
 use slipmap_map::dataset::{Outcome, Provenance, attributes};
 use slipmap_map::{Account, Plan, Shard, Sink, TileData};
 

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use tempfile::TempPath;
 
-use crate::files::{self, Existing, folder_of, sync_folder};
+use slipmap_files::{Existing, folder_of, sync_folder};
 use slipmap_map::dataset::hex;
 
 use super::error::StoreError;
@@ -116,7 +116,7 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
 /// Gives the finished map its name and forces the name to disk.
 pub(super) fn publish(map: TempPath, output: &Path, existing: Existing) -> Result<(), StoreError> {
     let failed = |source| StoreError::io("write", output, source);
-    if let Err(refused) = files::publish(map, output, existing) {
+    if let Err(refused) = slipmap_files::publish(map, output, existing) {
         if existing == Existing::Replace || output.symlink_metadata().is_err() {
             return Err(failed(refused.error));
         }

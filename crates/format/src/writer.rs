@@ -6,7 +6,7 @@ use hdf5::{Dataset, File, ObjectReference1};
 use sha2::{Digest, Sha256};
 use tempfile::TempPath;
 
-use crate::files::Existing;
+use slipmap_files::Existing;
 use slipmap_map::dataset::{
     Auxiliary, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex, si_name,
 };

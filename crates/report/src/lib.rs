@@ -21,22 +21,20 @@ mod verdicts;
 pub mod work_precision;
 mod write;
 
-use std::io;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 pub use boundary::{Boundaries, MethodBoundary};
 pub use fit_figure::FitFigure;
-pub use slipmap_figure::csv::{csv_text, is_formula};
 pub use slipmap_figure::text::{Rich, rich};
 pub use table::{Cell, Table};
 pub use units::View;
 pub use units::{Label, UnitSystem};
 pub use verdicts::{Confusion, Verdicts};
 pub use write::{ReportOptions, write};
-pub use write::{write_figure, write_file};
 
-pub use slipmap_format::files::Existing;
+use slipmap_figure::FigureError;
+use slipmap_files::WriteError;
 use slipmap_format::{MapFile, StoreError};
 use slipmap_map::Control;
 pub use slipmap_page::{MachinePage, Subject, formula, to_json};
@@ -50,18 +48,12 @@ pub(crate) const SIMULATION: &str = "simulation";
 pub enum ReportError {
     #[error(transparent)]
     Map(#[from] StoreError),
-    #[error("{0} exists already; choose another place, or ask for it to be replaced")]
-    Exists(PathBuf),
-    #[error("{path}: there is no folder {folder}; create it, or choose another place")]
-    NoFolder { path: PathBuf, folder: PathBuf },
-    #[error("{path}: cannot write into the folder {folder}: {source}; choose a folder that is yours")]
-    NotYours { path: PathBuf, folder: PathBuf, source: io::Error },
-    #[error("{0} does not end in .svg, .pdf or .png; give the figure one of these endings")]
-    Format(PathBuf),
-    #[error("cannot write {path}: {source}")]
-    Io { path: PathBuf, source: std::io::Error },
     #[error(transparent)]
     Render(#[from] slipmap_figure::render::RenderError),
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    #[error(transparent)]
+    Figure(#[from] FigureError),
     #[error(transparent)]
     Choice(#[from] figure::ChoiceError),
     #[error(transparent)]

@@ -176,7 +176,7 @@ impl Table {
     /// As CSV, numbers with all digits.
     pub fn csv(&self) -> String {
         let heading = self.columns.iter().map(|column| column.key.clone()).collect();
-        slipmap_figure::csv::csv_text(heading, self.rows.iter().map(|row| row.iter().map(in_full).collect()))
+        slipmap_files::csv::csv_text(heading, self.rows.iter().map(|row| row.iter().map(in_full).collect()))
     }
 }
 

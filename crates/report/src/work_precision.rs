@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::figure::Width;
 use super::table::{Cell as Entry, ColumnOf, Show, Table};
-use super::{Existing, ReportError, figure, write};
+use super::{ReportError, figure, write};
 use slipmap_figure::text::{Rich, rich};
+use slipmap_files::{Existing, write_folder};
 pub use slipmap_study::benchmark::{self, Errors, Kind, Labels, Row, Study};
 
 /// Adds the measurements of `scripts/study peers`: from the newest of the files `peers-*.csv` in `folder` that
@@ -100,7 +101,7 @@ fn notes(study: &Study) -> Vec<Rich> {
 /// Writes `work-precision.csv`, `.tex`, `cells.csv` and the chart, of this width, into `folder`.
 ///
 /// # Errors
-/// [`ReportError::Exists`], or why something could not be drawn or written.
+/// [`ReportError::Write`], or why something could not be drawn or written.
 pub fn write_study(
     study: &Study,
     folder: &Path,
@@ -115,7 +116,7 @@ pub fn write_study(
         ("cells.csv".into(), study.cells_csv().into_bytes()),
     ];
     files.extend(write::figure_files(std::slice::from_ref(&chart), "")?);
-    write::publish(folder, existing, &files)
+    Ok(write_folder(folder, existing, &files)?)
 }
 
 /// A file written by `scripts/study peers`.

@@ -1,18 +1,16 @@
 //! Writing a report into a folder, and single figures into files.
 
-use std::fs;
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::figure::{ChoiceError, Figure, Scene, Width, nearest_node};
+use super::figure::{ChoiceError, Figure, Width, nearest_node};
 use super::table::Table;
 use super::units::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
 use slipmap_figure::render;
 use slipmap_figure::text::Rich;
-use slipmap_format::files::{Existing, create_folders, folder_of, publish_file, temporary_in};
+use slipmap_files::{Existing, write_folder};
 
 #[derive(Clone, Debug)]
 pub struct ReportOptions {
@@ -32,7 +30,7 @@ pub struct ReportOptions {
 /// tables of the earlier report that this one does not have; other files stay.
 ///
 /// # Errors
-/// [`ReportError::Exists`], [`ReportError::Choice`] for a method or eps that the map does not have, or why something
+/// [`ReportError::Write`], [`ReportError::Choice`] for a method or eps that the map does not have, or why something
 /// could not be drawn or written.
 pub fn write(
     view: &View,
@@ -59,37 +57,8 @@ pub fn write(
         }));
     }
     let before = stale::listed(folder);
-    publish(folder, options.existing, &files)?;
+    write_folder(folder, options.existing, &files)?;
     stale::remove(folder, &before);
-    Ok(())
-}
-
-/// Moves files into `folder`: all of them, or none if anything fails before the last step, the renaming.
-pub(super) fn publish(
-    folder: &Path,
-    existing: Existing,
-    files: &[(PathBuf, Vec<u8>)],
-) -> Result<(), ReportError> {
-    if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
-        return Err(ReportError::Exists(folder.to_path_buf()));
-    }
-    let parent = folder_of(folder);
-    create(parent)?;
-    let scratch = tempfile::Builder::new()
-        .prefix(".slipmap-report-")
-        .tempdir_in(parent)
-        .map_err(|error| nothing_in(parent, folder, &error))?;
-    for (name, contents) in files {
-        let path = scratch.path().join(name);
-        let put = create_folders(folder_of(&path)).and_then(|()| fs::write(path, contents));
-        put.map_err(|source| ReportError::Io { path: folder.join(name), source })?;
-    }
-    // Nothing visible has changed up to here.
-    for (name, _) in files {
-        let (from, to) = (scratch.path().join(name), folder.join(name));
-        create(folder_of(&to))?;
-        fs::rename(&from, &to).map_err(|source| ReportError::Io { path: to, source })?;
-    }
     Ok(())
 }
 
@@ -130,64 +99,4 @@ fn files(
     add("report.tex".into(), document::latex(view.map, summary, tables, figures).into_bytes());
     files.extend(figure_files(figures, "figures")?);
     Ok(files)
-}
-
-fn create(folder: &Path) -> Result<(), ReportError> {
-    create_folders(folder).map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })
-}
-
-/// The error of a temporary file for `path` that could not be created in `folder`, which exists. The message
-/// leaves out its name.
-fn nothing_in(folder: &Path, path: &Path, error: &io::Error) -> ReportError {
-    let path = path.to_path_buf();
-    match error.kind() {
-        // The folder exists, so these errors mean that no file may be created in it.
-        kind @ (io::ErrorKind::PermissionDenied
-        | io::ErrorKind::ReadOnlyFilesystem
-        | io::ErrorKind::NotFound) => {
-            ReportError::NotYours { path, folder: folder.to_path_buf(), source: kind.into() }
-        }
-        kind => ReportError::Io { path, source: kind.into() },
-    }
-}
-
-/// Writes one figure, in the format given by the extension of `path`.
-///
-/// # Errors
-/// [`ReportError::Format`] for another extension than svg, png or pdf, [`ReportError::Exists`], or why it
-/// could not be written.
-pub fn write_figure(
-    scene: &Scene,
-    caption: &Rich,
-    path: &Path,
-    existing: Existing,
-) -> Result<(), ReportError> {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    let name = path.file_stem().map_or("figure".into(), |stem| stem.to_string_lossy());
-    let svg = scene.svg(&name, caption);
-    let contents = match ending.as_deref() {
-        Some("svg") => svg.into_bytes(),
-        Some("png") => render::png(&name, &svg)?,
-        Some("pdf") => render::pdf(&name, &svg)?,
-        _ => return Err(ReportError::Format(path.to_path_buf())),
-    };
-    write_file(&contents, path, existing)
-}
-
-/// Writes one file atomically.
-pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<(), ReportError> {
-    let failed = |source: io::Error| match source.kind() {
-        io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_path_buf()),
-        _ => ReportError::Io { path: path.to_path_buf(), source },
-    };
-    if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
-        return Err(ReportError::Exists(path.to_path_buf()));
-    }
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(ReportError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
-    }
-    let mut file = temporary_in(folder).map_err(|error| nothing_in(folder, path, &error))?;
-    file.write_all(contents).map_err(failed)?;
-    publish_file(file, path, existing).map_err(failed)
 }

@@ -62,7 +62,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
         command_line: "slipmap run map.toml".into(),
         git: "a commit".into(),
     };
-    let writer = PartialMap::begin(&path, plan, &provenance, store::Existing::Refuse).unwrap();
+    let writer = PartialMap::begin(&path, plan, &provenance, slipmap::files::Existing::Refuse).unwrap();
     let control = Control { threads: Some(1), ..Control::default() };
     let summary = map::run(plan, &writer, &control).unwrap();
     writer.finish(&Outcome::of(plan, &summary)).unwrap();

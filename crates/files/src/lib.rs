@@ -1,4 +1,9 @@
-//! Files and folders of every command: created in one step, and named only when they are complete.
+//! Files and folders of every command: created in one step, and named only when they are complete; tables as CSV.
+
+pub mod csv;
+mod write;
+
+pub use write::{WriteError, write_file, write_folder};
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -7,8 +12,6 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 use tempfile::{PathPersistError, TempPath};
-
-use crate::error::StoreError;
 
 /// Behaviour if the output exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +29,10 @@ pub fn folder_of(path: &Path) -> &Path {
 
 /// Forces the entry of `path` in its folder to disk. Where folders cannot be opened (not Unix) the system
 /// does so itself.
-pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
+///
+/// # Errors
+/// Those of the system.
+pub fn sync_folder(path: &Path) -> io::Result<()> {
     match File::open(folder_of(path)) {
         Ok(folder) => folder.sync_all(),
         Err(_) => Ok(()),
@@ -52,7 +58,7 @@ pub fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
 }
 
 /// As [`temporary_in`], with a name of `start` and random letters that no other file has.
-pub(crate) fn temporary(start: &Path) -> io::Result<NamedTempFile> {
+pub fn temporary(start: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(start.file_name().unwrap_or_default()).rand_bytes(RANDOM_LETTERS);
     #[cfg(unix)]
@@ -67,24 +73,24 @@ pub(crate) fn temporary(start: &Path) -> io::Result<NamedTempFile> {
 const RANDOM_LETTERS: usize = 12;
 
 /// The files whose names begin as `start`, sorted.
-pub(crate) fn named(start: &Path) -> Result<Vec<PathBuf>, StoreError> {
+///
+/// # Errors
+/// Why the folder cannot be listed.
+pub fn named(start: &Path) -> io::Result<Vec<PathBuf>> {
     let folder = folder_of(start);
     let begins = |name: &OsStr| {
         let first = start.file_name().unwrap_or_default().as_encoded_bytes();
         name.as_encoded_bytes().starts_with(first)
     };
-    let list = || -> io::Result<Vec<PathBuf>> {
-        let mut found = Vec::new();
-        for entry in fs::read_dir(folder)? {
-            let name = entry?.file_name();
-            if begins(&name) {
-                found.push(folder.join(name));
-            }
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let name = entry?.file_name();
+        if begins(&name) {
+            found.push(folder.join(name));
         }
-        found.sort();
-        Ok(found)
-    };
-    list().map_err(|source| StoreError::io("list the folder", folder, source))
+    }
+    found.sort();
+    Ok(found)
 }
 
 /// Gives a complete temporary file its name.
@@ -96,7 +102,7 @@ pub fn publish_file(file: NamedTempFile, path: &Path, existing: Existing) -> io:
 }
 
 /// Gives a complete and closed temporary file its name; or returns it with the error.
-pub(crate) fn publish(file: TempPath, path: &Path, existing: Existing) -> Result<(), PathPersistError> {
+pub fn publish(file: TempPath, path: &Path, existing: Existing) -> Result<(), PathPersistError> {
     match existing {
         Existing::Replace => file.persist(path),
         Existing::Refuse => file.persist_noclobber(path).or_else(|refused| match refused.error.kind() {
