@@ -10,11 +10,12 @@ use super::replace;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
 use slipmap_config::{Measured, OfMachine, law_of, words_of};
+use slipmap_figure::text::rich;
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
 use slipmap_fit::{Fit, Form};
 use slipmap_numbers::text::{rounded, with_error};
-use slipmap_report::{FitFigure, rich};
+use slipmap_page::FitFigure;
 
 /// Fit friction laws to measured friction.
 #[derive(Debug, Args)]

@@ -19,7 +19,7 @@ use slipmap_figure::write_figure;
 use slipmap_files::write_file;
 use slipmap_machine::assessment::{Assessment, assess_fitted};
 use slipmap_machine::risk::{NoRisk, Risk, is_uncertain, risk};
-use slipmap_report::{MachinePage, Subject, to_json};
+use slipmap_page::{MachinePage, Subject, to_json};
 
 /// Assess a machine at its working point, on one page.
 #[derive(Debug, Args)]

@@ -20,6 +20,7 @@ use slipmap_column::limits::{HIGHEST, Limit, Unknown};
 use slipmap_column::sensitivity::NoSensitivity;
 use slipmap_column::{BasinBoundary, Method, Neighbour, separates};
 use slipmap_config::{MachineJob, check_tolerance, load_machine};
+use slipmap_figure::scene::Width;
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
 use slipmap_machine::Model;
@@ -34,8 +35,8 @@ use slipmap_model::friction::Range;
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{known_part, rounded, with_error};
 use slipmap_orbits::Cycle;
-use slipmap_report::UnitSystem;
-use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
+use slipmap_page::orbit::{OrbitPlot, orbit_figure};
+use slipmap_page::units::UnitSystem;
 use slipmap_witness::Start;
 
 /// Ask every method about one point, or about each row of a table.

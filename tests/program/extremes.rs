@@ -8,8 +8,9 @@ use rayon::prelude::*;
 use serde_json::Value;
 use slipmap::column::Verdict;
 use slipmap::config::Job;
+use slipmap::files::Existing;
 use slipmap::map::{self, Account, Contradiction, Contradictions, Control, Queue, Sink, TileData};
-use slipmap::store::{Existing, MapFile, PackedTile, PartialMap, Provenance, StoreError};
+use slipmap::store::{MapFile, PackedTile, PartialMap, Provenance, StoreError};
 use slipmap_numbers::random::Random;
 
 use crate::command::{Run, Says, Scratch, signal};

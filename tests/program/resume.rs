@@ -9,9 +9,10 @@ use std::time::{Duration, Instant};
 use crate::command::{Run, Says, Scratch, journal_bytes, journals, random, signal, wait_for_journals};
 use crate::map_equal::{assert_same, contents, reference, scratch};
 use slipmap::column::Method;
+use slipmap::files::Existing;
 use slipmap::friction::Law;
 use slipmap::map::{Account, Control, Field, Grid, Plan, Queue, compute_tiles};
-use slipmap::store::{Existing, Outcome, PartialMap, Provenance};
+use slipmap::store::{Outcome, PartialMap, Provenance};
 
 fn start(scratch: &Scratch, arguments: &[&str]) -> Child {
     scratch.start(&[&["run", "job.toml"], arguments].concat())

@@ -445,6 +445,17 @@ pub fn landing_and_cycle(
     Ok(Some((landing, cycle)))
 }
 
+/// The stick-slip cycle and the crossing cycles; `None` where they are not known.
+pub fn beyond_slip(oscillator: &Oscillator, tolerance: f64) -> (Option<Option<Cycle>>, Option<Vec<Cycle>>) {
+    let flow = slipmap_orbits::flow(oscillator, tolerance);
+    let sticks = match flow.fate {
+        Fate::TooCloseToCall | Fate::Failed(_) => None,
+        _ => stick_slip_cycle(oscillator, &flow, tolerance).ok(),
+    };
+    let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
+    (sticks, crossing_cycles(oscillator, &far, tolerance).all().ok())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

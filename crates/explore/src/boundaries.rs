@@ -8,7 +8,7 @@ use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use slipmap_column::bifurcation::Bifurcation;
 use slipmap_map::{Plane, PlaneCurve, PlaneCurves};
-use slipmap_report::figure::bifurcations::line_style;
+use slipmap_page::curves::line_style;
 
 impl PlaneRequest {
     /// The boundaries of the long-run behaviour.

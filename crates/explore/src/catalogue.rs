@@ -6,10 +6,11 @@ use super::place::with_all;
 use slipmap_column::Method;
 use slipmap_figure::scene::Fill;
 use slipmap_figure::style;
+pub use slipmap_figure::text::Rich;
 use slipmap_map::Quantity;
 use slipmap_model::friction::Law;
-use slipmap_report::figure::palette::{self, Kind};
-pub use slipmap_report::{Rich, UnitSystem};
+use slipmap_page::palette::{self, Kind};
+pub use slipmap_page::units::UnitSystem;
 
 /// Meanings of the codes of a comparison of two methods.
 pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
@@ -111,7 +112,7 @@ pub(super) fn axes(law: &Law) -> Value {
 /// Everything that the page loads once.
 pub(super) fn catalogue() -> Value {
     let law = |law: &Law| {
-        let formula = slipmap_report::formula::of_law(law).map_or(String::new(), |formula| formula.plain);
+        let formula = slipmap_page::formula::of_law(law).map_or(String::new(), |formula| formula.plain);
         json!({ "name": law.name(), "formula": formula, "axes": axes(law) })
     };
     let quantities = Quantity::of_orbits().map(|quantity| {

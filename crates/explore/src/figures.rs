@@ -7,19 +7,21 @@ use serde_json::{Value, json};
 
 use super::refusal::Refusal;
 use slipmap_column::backbone::Backbone;
+use slipmap_column::crossing::beyond_slip;
 use slipmap_column::sensitivity;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::lines::{Chart, Curve, draw, extent};
+use slipmap_figure::scene::Width;
 use slipmap_figure::scene::{Marker, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::style::LineStyle;
+pub use slipmap_figure::text::{Rich, rich};
 use slipmap_machine::Dimension;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
-use slipmap_report::figure::diagram::beyond_slip;
-use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
-pub use slipmap_report::{Label, Rich, UnitSystem, rich};
+use slipmap_page::orbit::{OrbitPlot, orbit_figure};
+pub use slipmap_page::units::{Label, UnitSystem};
 use slipmap_witness::Start;
 
 const POINTS: usize = 200;
@@ -179,7 +181,7 @@ fn reaching_the_belt(
 /// Largest velocities on the stick-slip cycle, the smallest crossing cycle that attracts and the smallest
 /// that repels: NaN where there is none, `None` where it is not known.
 fn largest_velocities(oscillator: &Oscillator) -> [Option<f64>; 3] {
-    let (sticks, crossing) = beyond_slip(oscillator);
+    let (sticks, crossing) = beyond_slip(oscillator, TOLERANCE);
     let crosses = |attracts: bool| {
         let cycle = crossing.as_ref()?.iter().find(|cycle| cycle.is_stable() == attracts);
         Some(cycle.map_or(f64::NAN, |cycle| cycle.velocity.hi))

@@ -13,7 +13,7 @@ use super::show::Show;
 use slipmap_column::{Method, Verdict};
 use slipmap_map::dataset::{Cells, Schema, Variable};
 use slipmap_map::{ComputeError, Control, Each, Field, Plan, Queue, TileData, compute_tiles};
-use slipmap_report::figure::palette::Kind;
+use slipmap_page::palette::Kind;
 
 /// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
 /// a column's answer costs little more than one cell of it. Tiles that are interpolated have the usual size.

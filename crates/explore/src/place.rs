@@ -13,7 +13,7 @@ use slipmap_machine::{BELT_SPEED, Coefficients, DAMPING, Dimension, Machine, Mot
 use slipmap_map::Shown;
 use slipmap_model::friction::{Law, Table};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
-use slipmap_report::UnitSystem;
+use slipmap_page::units::UnitSystem;
 
 /// Largest number of characters of a formula.
 const LONGEST_FORMULA: usize = 4096;

@@ -10,7 +10,7 @@ use slipmap_column::Method;
 use slipmap_config::range_nodes;
 use slipmap_map::{Field, Grid};
 use slipmap_model::friction::Law;
-use slipmap_report::UnitSystem;
+use slipmap_page::units::UnitSystem;
 
 /// Largest number of cells of a picture along one axis.
 const MOST_POINTS: usize = 4096;

@@ -2,7 +2,7 @@
 
 use super::catalogue::differences;
 use slipmap_column::{Method, Verdict};
-use slipmap_report::figure::palette::{self, Kind};
+use slipmap_page::palette::{self, Kind};
 
 #[derive(Clone, Debug)]
 pub(super) enum Show {

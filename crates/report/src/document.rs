@@ -2,7 +2,7 @@
 
 use super::figure::Figure;
 use super::table::Table;
-use super::units::View;
+use super::view::View;
 use slipmap_figure::text::{Rich, capital, html as escaped};
 use slipmap_format::MapFile;
 use slipmap_page::html::page;

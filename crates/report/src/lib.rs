@@ -10,14 +10,13 @@
 mod boundary;
 mod document;
 pub mod figure;
-mod fit_figure;
 pub mod proved;
 mod stale;
 mod summary;
 mod table;
 pub mod tables;
-mod units;
 mod verdicts;
+mod view;
 pub mod work_precision;
 mod write;
 
@@ -25,19 +24,15 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 pub use boundary::{Boundaries, MethodBoundary};
-pub use fit_figure::FitFigure;
-pub use slipmap_figure::text::{Rich, rich};
 pub use table::{Cell, Table};
-pub use units::View;
-pub use units::{Label, UnitSystem};
 pub use verdicts::{Confusion, Verdicts};
+pub use view::View;
 pub use write::{ReportOptions, write};
 
 use slipmap_figure::FigureError;
 use slipmap_files::WriteError;
 use slipmap_format::{MapFile, StoreError};
 use slipmap_map::Control;
-pub use slipmap_page::{MachinePage, Subject, formula, to_json};
 pub use slipmap_study::benchmark::StudyError;
 
 /// Name of the method with which all others are compared.

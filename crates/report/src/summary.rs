@@ -2,11 +2,12 @@
 
 use super::figure::picks;
 use super::tables::{friction, undetermined_regimes};
-use super::units::{View, join};
+use super::view::View;
 use super::{Confusion, Report, SIMULATION};
 use slipmap_certify::Guarantee;
 use slipmap_column::Verdict;
 use slipmap_figure::axis::extremes;
+use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_machine::Dimension;
 use slipmap_machine::behaviour::behaviour;

@@ -13,11 +13,13 @@ pub use origin::{axes, cost, failures, provenance};
 
 use super::proved;
 use super::table::{Cell, Column, ColumnOf, Show, Table};
-use super::units::{Label, View, join};
+use super::view::View;
 use super::{Confusion, Report, SIMULATION};
 use slipmap_column::Verdict;
+use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
+use slipmap_page::units::Label;
 
 /// All tables, in the order of the report.
 pub fn all(view: &View, report: &Report) -> Vec<Table> {

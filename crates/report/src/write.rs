@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::figure::{ChoiceError, Figure, Width, nearest_node};
 use super::table::Table;
-use super::units::View;
+use super::view::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
 use slipmap_figure::render;
 use slipmap_figure::text::Rich;

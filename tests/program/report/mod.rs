@@ -15,7 +15,7 @@ use slipmap::map::{self, Control, Field, Grid, Plan};
 use slipmap::orbits::naive::NaiveKnobs;
 use slipmap::report::{Cell, Report, Table};
 use slipmap::store::Pick::{Every, Node};
-use slipmap::store::{self, MapFile, Outcome, PartialMap, Provenance};
+use slipmap::store::{MapFile, Outcome, PartialMap, Provenance};
 
 const AXES: [&str; 6] = ["epsilon", "alpha", "beta", "gamma", "V", "c"];
 

@@ -2,9 +2,7 @@
 
 use ndarray::Array2;
 
-use super::super::units::Label;
 use super::bifurcations::{self, places};
-use super::palette::{self, Kind};
 use super::plot::Marks;
 use super::slice::Slice;
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
@@ -17,6 +15,8 @@ use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::PlaneCurves;
 use slipmap_page::curves::{EXACT, HALO};
+use slipmap_page::palette::{self, Kind};
+use slipmap_page::units::Label;
 
 /// The values drawn, cell by cell.
 #[derive(Clone, Debug)]

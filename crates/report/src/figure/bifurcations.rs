@@ -4,13 +4,12 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
-use super::super::units::View;
+use super::super::view::View;
 use super::slice::Slice;
 use slipmap_column::bifurcation::Bifurcation;
 use slipmap_figure::data::Data;
 use slipmap_map::PlaneCurves;
 use slipmap_orbits::flow;
-pub use slipmap_page::curves::line_style;
 pub(crate) use slipmap_page::curves::{draw, places};
 
 /// Number of points along each axis whose orbits tell how long a boundary takes.

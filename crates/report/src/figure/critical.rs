@@ -1,15 +1,18 @@
 //! Critical damping of every method against belt speed.
 
-use super::super::units::{Label, View};
+use super::super::view::View;
 use super::curves::Budget;
-use super::slice::{Slice, equals};
+use super::slice::Slice;
 use super::verdict_panels::{chosen_epsilons, method_title};
-use super::{Figure, curves, palette};
+use super::{Figure, curves};
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
 use slipmap_figure::lines::{self, Chart, Curve};
 use slipmap_figure::scene::Width;
 use slipmap_figure::text::{Rich, rich};
+use slipmap_page::palette;
+use slipmap_page::units::Label;
+use slipmap_page::units::equals;
 
 /// If a map has only one V, the range of V shown, as a factor up and down.
 const SPREAD: f64 = 10.0;

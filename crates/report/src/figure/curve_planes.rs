@@ -1,7 +1,7 @@
 //! The planes whose curves of codimension one a map stores, each with its curves over the long-run behaviour.
 
 use super::super::ReportError;
-use super::super::units::View;
+use super::super::view::View;
 use super::{Figure, bifurcations, plot};
 use slipmap_figure::scene::Width;
 

@@ -2,17 +2,20 @@
 
 use ndarray::Array2;
 
-use super::super::units::{Label, View};
+use super::super::view::View;
 use super::super::{Confusion, Report, ReportError};
+use super::Figure;
 use super::area::{self, Area, Layer};
 use super::bifurcations::boundary;
-use super::slice::{Slice, equals};
+use super::slice::Slice;
 use super::verdict_panels::{FEWEST_NODES, failed_words, main_plane, panel_epsilons};
-use super::{Figure, palette};
 use slipmap_certify::Guarantee;
 use slipmap_column::Method;
 use slipmap_figure::scene::Width;
 use slipmap_figure::text::{Rich, rich};
+use slipmap_page::palette;
+use slipmap_page::units::Label;
+use slipmap_page::units::equals;
 
 /// The figure, one panel per eps; `None` for a map without a plane.
 pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Option<Figure>, ReportError> {

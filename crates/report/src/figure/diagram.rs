@@ -7,11 +7,11 @@
 use rayon::prelude::*;
 
 use super::super::ReportError;
-use super::super::units::View;
+use super::super::view::View;
 use super::plot::Plotted;
 use super::slice::{ChoiceError, find_axis, hold};
 use slipmap_column::TIGHT;
-use slipmap_column::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_column::crossing::beyond_slip;
 use slipmap_column::slip_cycle::slip_cycles;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
@@ -22,10 +22,7 @@ use slipmap_figure::style::LineStyle;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_machine::Dimension;
 use slipmap_model::filippov::{Oscillator, Stability};
-use slipmap_model::flow::Fate;
 use slipmap_model::friction::Range;
-use slipmap_orbits::far_loops::FarLoops;
-use slipmap_orbits::{Cycle, flow};
 
 /// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
 /// them is missed.
@@ -82,17 +79,6 @@ struct State {
 /// [`Kind::ALL`]; `None` for a kind that could not be determined there.
 type Found = [Option<Vec<State>>; 4];
 
-/// The stick-slip cycle and the crossing cycles; `None` where they are not known.
-pub fn beyond_slip(oscillator: &Oscillator) -> (Option<Option<Cycle>>, Option<Vec<Cycle>>) {
-    let flow = flow(oscillator, TOLERANCE);
-    let sticks = match flow.fate {
-        Fate::TooCloseToCall | Fate::Failed(_) => None,
-        _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
-    };
-    let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
-    (sticks, crossing_cycles(oscillator, &far, TOLERANCE).all().ok())
-}
-
 /// Finds the states; `length` is the unit of the amplitudes.
 fn find(oscillator: &Oscillator, length: f64) -> Found {
     let state = |attracts: bool, x1: Range| State { attracts, amplitude: 0.5 * (x1.hi - x1.lo) * length };
@@ -101,7 +87,7 @@ fn find(oscillator: &Oscillator, length: f64) -> Found {
         stability => Some(vec![State { attracts: stability == Stability::Attracts, amplitude: 0.0 }]),
     };
     let slip = slip_cycles(oscillator, TIGHT).ok();
-    let (sticks, crossing) = beyond_slip(oscillator);
+    let (sticks, crossing) = beyond_slip(oscillator, TOLERANCE);
     [
         equilibrium,
         slip.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),

@@ -1,15 +1,17 @@
 //! Error of each method's boundary against eps, on logarithmic axes. At one eps the table says it.
 
-use super::super::units::{Label, View};
+use super::super::view::View;
 use super::super::{MethodBoundary, Report};
+use super::Figure;
 use super::verdict_panels::method_title;
-use super::{Figure, palette};
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
 use slipmap_figure::lines::{self, Chart, Curve};
 use slipmap_figure::scene::{Place, Stroke, Width};
 use slipmap_figure::style::LineStyle;
 use slipmap_figure::text::{Rich, rich};
+use slipmap_page::palette;
+use slipmap_page::units::Label;
 
 /// Median, 95 % quantile and maximum of the error of a method at an eps, if they can be drawn on a
 /// logarithmic axis.

@@ -8,26 +8,22 @@ mod curves;
 pub(crate) mod deciders;
 pub mod diagram;
 pub(crate) mod errors;
-pub(crate) mod orbit;
 pub mod plot;
-pub(crate) mod portrait;
 pub(crate) mod portraits;
 pub(crate) mod slice;
 pub(crate) mod verdict_panels;
 pub mod work_precision;
 
 pub use diagram::{DiagramPlot, diagram};
-pub use orbit::{OrbitPlot, orbit_figure};
 pub use plot::{Plot, plot};
 pub use slice::ChoiceError;
 pub(super) use slice::{nearest_node, picks};
 pub use slipmap_figure::data::Data;
 pub use slipmap_figure::scene::{Scene, Width};
-pub use slipmap_page::palette;
 
 use rayon::prelude::*;
 
-use super::units::View;
+use super::view::View;
 use super::{Report, ReportError};
 use slipmap_figure::text::Rich;
 

@@ -3,12 +3,11 @@
 use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 
-use super::super::units::{View, join, kind_of_variable};
+use super::super::view::View;
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
 use super::area::{self, Area, Layer};
 use super::bifurcations::boundary;
-use super::palette::{Kind, kinds};
 use super::slice::{
     ChoiceError, Held, Slice, drawn, errors_of, find_axis, hold, middle, nearest_node, picks_of, step,
 };
@@ -19,11 +18,14 @@ use slipmap_figure::lines::{self, Chart, Curve};
 use slipmap_figure::scene::{Scene, Width};
 use slipmap_figure::strips::{self, Strip};
 use slipmap_figure::style;
+use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::{Field, Plane, PlaneCurves};
 use slipmap_numbers::text::short;
+use slipmap_page::palette::{Kind, kinds};
+use slipmap_page::units::kind_of_variable;
 
 /// Values of fixed axes, by name, in the units of the view.
 pub type At = (String, Vec<f64>);

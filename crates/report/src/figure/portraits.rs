@@ -1,8 +1,7 @@
 //! Phase portraits along one column of a map.
 
-use super::super::units::{Label, UnitSystem, View};
+use super::super::view::View;
 use super::curves::Budget;
-use super::portrait::{Portrait, equal_scales, orbit_data};
 use super::{Figure, curves};
 use slipmap_figure::data::Data;
 use slipmap_figure::legend::Legend;
@@ -13,6 +12,8 @@ use slipmap_figure::text::rich;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::flow::Fate;
 use slipmap_orbits::flow;
+use slipmap_page::portrait::{Portrait, equal_scales, orbit_data};
+use slipmap_page::units::{Label, UnitSystem};
 use slipmap_witness::{Sample as State, Start};
 
 const TOLERANCE: f64 = 1e-10;

@@ -2,7 +2,7 @@
 
 use ndarray::{Array2, ArrayD, Ix2};
 
-use super::super::units::{Label, View};
+use super::super::view::View;
 use super::super::{ReportError, SIMULATION};
 use slipmap_column::critical::critical_dampings;
 use slipmap_figure::axis::Scale;
@@ -11,6 +11,7 @@ use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
 use slipmap_map::{Axis, Field, Plane};
 use slipmap_model::filippov::Oscillator;
+use slipmap_page::units::Label;
 
 /// Reason why a slice cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -302,11 +303,6 @@ pub(crate) fn picks_of(
 
 pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
-}
-
-/// "ε = 0.1".
-pub(crate) fn equals(axis: &str, value: f64) -> Rich {
-    Rich::symbol(axis).then(" = ").then(Rich::number(value, 4))
 }
 
 pub(crate) fn middle(axes: &[Axis]) -> Vec<usize> {

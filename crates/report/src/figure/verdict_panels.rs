@@ -2,22 +2,24 @@
 
 use ndarray::Array2;
 
-use super::super::units::{Label, View, join};
+use super::super::view::View;
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
 use super::area::{self, Area, Layer, cell_columns};
 use super::bifurcations::boundary;
-use super::palette::{self, Kind};
 use super::plot::{self, At, Plot};
 use super::slice::{Slice, picks};
 use slipmap_column::{Verdict, critical_damping};
 use slipmap_figure::data::Values;
 use slipmap_figure::lines::letter;
 use slipmap_figure::scene::{Fill, Width};
+use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::Axis;
 use slipmap_numbers::text::count;
+use slipmap_page::palette::{self, Kind};
+use slipmap_page::units::Label;
 
 /// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
 /// been computed; they are drawn as rows instead.

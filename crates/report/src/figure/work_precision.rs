@@ -1,8 +1,6 @@
 //! The work-precision chart: time per cell against error, and against the share of cells without the right
 //! verdict.
 
-use super::super::units::{UnitSystem, join};
-use super::palette;
 use super::{Data, Figure};
 use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
 use slipmap_figure::legend::{Legend, Sample};
@@ -11,7 +9,10 @@ use slipmap_figure::panels::{Panel, Panels};
 use slipmap_figure::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
 use slipmap_figure::style;
 use slipmap_figure::style::LineStyle;
+use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
+use slipmap_page::palette;
+use slipmap_page::units::UnitSystem;
 use slipmap_study::benchmark::{Kind, Row, Study};
 
 /// The front, drawn below everything else.

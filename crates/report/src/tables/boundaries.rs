@@ -3,9 +3,10 @@
 use super::super::Report;
 use super::super::boundary::Order;
 use super::super::table::{Cell, Column, ColumnOf, Show, Table};
-use super::super::units::{Label, View};
+use super::super::view::View;
 use super::{EPSILON_DIGITS, column_of, in_unit, percent, words};
 use slipmap_figure::text::rich;
+use slipmap_page::units::Label;
 
 pub fn boundary(view: &View, report: &Report) -> Table {
     let map = view.map;

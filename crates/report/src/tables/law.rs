@@ -1,7 +1,7 @@
 //! The friction law: its formula, its parameters, friction at rest and as slip begins.
 
 use super::super::table::{Cell, Column, Show, Table};
-use super::super::units::View;
+use super::super::view::View;
 use super::words;
 use slipmap_figure::axis::extremes;
 use slipmap_figure::text::{Rich, rich};

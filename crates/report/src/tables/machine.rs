@@ -1,7 +1,7 @@
 //! A machine in SI units, if the map is about one.
 
 use super::super::table::{Cell, Column, Show, Table};
-use super::super::units::View;
+use super::super::view::View;
 use super::words;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_machine::behaviour::{Behaviour, behaviour};

@@ -2,13 +2,14 @@
 
 use super::super::Report;
 use super::super::table::{Cell, Column, ColumnOf, Show, Table};
-use super::super::units::{Label, View};
+use super::super::view::View;
 use super::words;
 use slipmap_column::{Method, Regime, Verdict};
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Value};
 use slipmap_map::{Axis, AxisRole};
 use slipmap_numbers::spacing::{is_linear, is_logarithmic};
+use slipmap_page::units::Label;
 
 pub fn cost(map: &MapFile) -> Table {
     let cells = map.grid().cells() as u64;

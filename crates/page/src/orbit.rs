@@ -1,8 +1,7 @@
 //! The figure of an orbit: phase portrait, and position and velocity against time.
 
-use super::super::units::{UnitSystem, join};
 use super::portrait::{BELT, ORBIT, Portrait, STICK, equal_scales, orbit_data, parts};
-use super::slice::equals;
+use super::units::{UnitSystem, equals, join};
 use slipmap_figure::axis::{Scale, extremes};
 use slipmap_figure::data::Data;
 use slipmap_figure::legend::{Legend, Sample};

@@ -1,111 +1,18 @@
-//! The units in which the numbers of a map are shown: those of its machine, or none.
+//! The units in which numbers are shown: those of a machine, or none.
 
 use std::borrow::Cow;
-use std::sync::OnceLock;
 
 pub use slipmap_figure::text::join;
 use slipmap_figure::text::{Piece, Rich, rich};
-use slipmap_format::MapFile;
-use slipmap_machine::{Coefficients, DAMPING_RATIO, Dimension, Friction, Machine, Model, Units};
+use slipmap_machine::{DAMPING_RATIO, Dimension, Units};
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::{Axis, Field, Grid, Quantity, Shown, dimension};
-use slipmap_page::formula;
-
-/// A map and the units in which its numbers are shown.
-#[derive(Clone, Debug)]
-pub struct View<'a> {
-    pub map: &'a MapFile,
-    pub units: UnitSystem,
-    /// See [`View::informative_nodes`].
-    pub(super) informative: OnceLock<Vec<usize>>,
-}
-
-impl<'a> View<'a> {
-    /// The map in the SI units of its machine, or dimensionless if it has none.
-    pub fn new(map: &'a MapFile) -> Self {
-        Self { map, units: UnitSystem::of_grid(map.grid()), informative: OnceLock::new() }
-    }
-
-    /// The name of an axis with its unit.
-    pub(crate) fn axis(&self, axis: &Axis) -> Label {
-        self.units.axis(axis)
-    }
-
-    /// "ε = 0.1, β = 0.5": the value of every axis at the nodes `index`, except those in `shown`. For a machine
-    /// also words for its friction.
-    pub fn held(&self, index: &[usize], shown: &[usize]) -> Rich {
-        let axes = self.map.grid().axes();
-        let held = axes.iter().enumerate().filter(|(i, _)| !shown.contains(i));
-        let mut parts: Vec<Rich> =
-            held.map(|(i, axis)| self.axis(axis).equals(axis.values[index[i]])).collect();
-        if let Some(machine) = self.map.grid().machine() {
-            parts.extend(friction_words(self.map, machine));
-        }
-        join(parts)
-    }
-
-    /// The units of dimensionless numbers at these nodes.
-    pub(crate) fn units_at(&self, index: &[usize]) -> UnitSystem {
-        let grid = self.map.grid();
-        UnitSystem { machine: grid.si(&grid.values(index)), ..UnitSystem::of_grid(grid) }
-    }
-
-    /// The nodes at which the figures hold the axes, but of the damping that in the middle, the upper one of two: the first
-    /// is often 0, and an undamped machine is of little interest.
-    fn model_nodes(&self) -> Vec<usize> {
-        let axes = self.map.grid().axes();
-        let mut nodes = self.informative_nodes();
-        nodes[axes.len() - 1] = axes[axes.len() - 1].values.len() / 2;
-        nodes
-    }
-
-    /// The oscillator of the map's machine at the nodes of its figures; `None` for a dimensionless map.
-    pub(crate) fn model(&self) -> Option<Model> {
-        let grid = self.map.grid();
-        let (law, point, si) = grid.place(&grid.values(&self.model_nodes()))?;
-        Some(Model { law, point, si: si? })
-    }
-
-    /// What [`View::model`] holds beside belt speed and damping, where such axes vary.
-    pub(crate) fn model_words(&self) -> Option<Rich> {
-        let axes = self.map.grid().axes();
-        let others = axes.len() - 2;
-        let varies = axes[..others].iter().any(|axis| axis.values.len() > 1);
-        varies.then(|| self.held(&self.model_nodes(), &[others, others + 1]))
-    }
-}
-
-/// Longest formula in the heading of a figure.
-const SHORT: usize = 48;
-
-/// The description of the part of a machine's friction that does not vary.
-fn friction_words(map: &MapFile, machine: &Machine) -> Vec<Rich> {
-    let fixed = map.grid().fixed();
-    match &machine.friction {
-        Friction::Measured(table) => vec![rich("friction of ").then(Rich::foreign(table.origin()))],
-        Friction::Formula(..) => match formula::of_machine(machine) {
-            Some(set) if set.plain.chars().count() <= SHORT => vec![Rich::formula(set)],
-            _ => vec![rich("friction by formula")],
-        },
-        Friction::Coefficients(..) => fixed
-            .iter()
-            .filter(|(name, value)| {
-                Coefficients::NAMES.contains(name) && (*name != "strengthening" || *value > 0.0)
-            })
-            .map(|(name, value)| {
-                let words = machine.words(name).replace("static friction", "friction at rest");
-                let words = words.replace("kinetic friction", "kinetic");
-                rich(&words).then(" ").then(Rich::number(*value, 4)).with_unit(machine.unit(name))
-            })
-            .collect(),
-    }
-}
 
 /// Dimensionless numbers, or the SI units of a machine.
 #[derive(Clone, Debug, Default)]
 pub struct UnitSystem {
     /// The units, if they are those of a machine.
-    pub(crate) machine: Option<Units>,
+    pub machine: Option<Units>,
     /// Whether dampings are ratios, which have no unit.
     has_ratio: bool,
     /// Units in place of those of SI.
@@ -128,6 +35,11 @@ pub struct Label {
 impl UnitSystem {
     pub fn of_machine(si: Units) -> Self {
         Self { machine: Some(si), ..Self::default() }
+    }
+
+    /// The same with the numbers of this machine.
+    pub fn with_machine(self, machine: Option<Units>) -> Self {
+        Self { machine, ..self }
     }
 
     /// The same with velocities and dampings in other units than those of SI.
@@ -158,7 +70,7 @@ impl UnitSystem {
     }
 
     /// The name of an axis with the unit in which it is shown.
-    pub(crate) fn axis(&self, axis: &Axis) -> Label {
+    pub fn axis(&self, axis: &Axis) -> Label {
         let name = match self.machine {
             Some(_) => Rich::foreign(&axis.long_name),
             None => Rich::symbol(&axis.name),
@@ -209,7 +121,7 @@ impl Label {
     }
 
     /// "damping [N s/m]": for headers of CSV files.
-    pub(crate) fn header(&self) -> String {
+    pub fn header(&self) -> String {
         match &*self.unit {
             "" => self.key.clone(),
             unit => format!("{} [{unit}]", self.key),
@@ -217,12 +129,12 @@ impl Label {
     }
 
     /// "damping = 20 N s/m", of a dimensionless value.
-    pub(crate) fn equals(&self, value: f64) -> Rich {
+    pub fn equals(&self, value: f64) -> Rich {
         self.extent(&[value], 4)
     }
 
     /// "damping from 0 to 20 N s/m", of the nodes of an axis; "damping = 20 N s/m" of one.
-    pub(crate) fn extent(&self, nodes: &[f64], digits: usize) -> Rich {
+    pub fn extent(&self, nodes: &[f64], digits: usize) -> Rich {
         let number = |node: f64| Rich::number(node * self.factor, digits);
         let name = self.name.clone();
         let text = match nodes {
@@ -231,6 +143,11 @@ impl Label {
         };
         text.with_unit(&self.unit)
     }
+}
+
+/// "ε = 0.1".
+pub fn equals(axis: &str, value: f64) -> Rich {
+    Rich::symbol(axis).then(" = ").then(Rich::number(value, 4))
 }
 
 /// Variables that a map has for each method: the beginning of their names, what they are, and the word before
@@ -248,7 +165,7 @@ const OF_METHODS: [(&str, &str, &str); 9] = [
 ];
 
 /// What a variable of a method is, without the method: "critical damping"; `None` for the other variables.
-pub(crate) fn kind_of_variable(name: &str) -> Option<&'static str> {
+pub fn kind_of_variable(name: &str) -> Option<&'static str> {
     OF_METHODS.iter().find(|(prefix, ..)| name.starts_with(prefix)).map(|(_, words, _)| *words)
 }
 

@@ -1,7 +1,7 @@
 //! The phase portrait of one point: orbits, cycles, the stick segment, exit point, landing and
 //! equilibrium.
 
-use super::super::units::UnitSystem;
+use super::units::UnitSystem;
 use slipmap_column::slip_cycle::slip_cycles;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
@@ -22,23 +22,23 @@ const INNER_TURNS: f64 = 3.0;
 const INNER_START: f64 = 0.35;
 
 /// The requested orbit.
-pub(super) const ORBIT: Stroke = Stroke::solid(style::BLUE, 1.2);
+pub const ORBIT: Stroke = Stroke::solid(style::BLUE, 1.2);
 /// Its sticking part.
-pub(super) const STICK: Stroke = Stroke::solid(style::VERMILION, 2.0);
+pub const STICK: Stroke = Stroke::solid(style::VERMILION, 2.0);
 const SEGMENT: Stroke = Stroke::solid(style::LIGHT_GREY, 4.5);
 const OTHER: Stroke = Stroke { color: style::GREEN, width: 0.9, dash: &[3.0, 1.5] };
 /// Attracting slip cycles.
 const ATTRACTING: Stroke = Stroke::solid(style::BLACK, 1.0);
-pub(super) const REPELLING: Stroke = Stroke { color: style::BLACK, width: 1.0, dash: &[1.2, 1.6] };
-pub(super) const BELT: Stroke = Stroke { color: style::GREY, width: 0.6, dash: &[1.0, 1.6] };
+pub const REPELLING: Stroke = Stroke { color: style::BLACK, width: 1.0, dash: &[1.2, 1.6] };
+pub const BELT: Stroke = Stroke { color: style::GREY, width: 0.6, dash: &[1.0, 1.6] };
 
 /// The orbits drawn at one point of parameter space.
 #[derive(Clone, Debug)]
-pub(super) struct Portrait {
-    pub(super) oscillator: Oscillator,
+pub struct Portrait {
+    pub oscillator: Oscillator,
     start: Start,
     /// The requested orbit.
-    pub(super) orbit: Trace,
+    pub orbit: Trace,
     /// An orbit from near the equilibrium; empty where it would lie on another drawn orbit.
     inner: Trace,
     /// Slip cycles, and whether each attracts.
@@ -46,7 +46,7 @@ pub(super) struct Portrait {
 }
 
 /// The orbit from `start`, for the time `duration`, or until it closes, settles or has made four turns.
-pub(crate) fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Trace {
+pub fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Trace {
     let Some(duration) = duration else {
         return trace(oscillator, start, TOLERANCE, TURNS * std::f64::consts::TAU);
     };
@@ -71,7 +71,7 @@ pub(crate) fn orbit_from(oscillator: &Oscillator, start: Start, duration: Option
 }
 
 /// An orbit as a table: time, position, velocity, and whether the mass slips or sticks from there on.
-pub(crate) fn orbit_data(samples: &[State], units: &UnitSystem) -> Data {
+pub fn orbit_data(samples: &[State], units: &UnitSystem) -> Data {
     let column = |factor: f64, of: fn(&State) -> f64| samples.iter().map(|s| of(s) * factor).collect();
     let (t, x1, x2) = (units.time(), units.x1(), units.x2());
     let phase = |state: &State| match state.phase {
@@ -87,7 +87,7 @@ pub(crate) fn orbit_data(samples: &[State], units: &UnitSystem) -> Data {
 
 impl Portrait {
     /// The portrait at a point with the orbit from `start`, see [`orbit_from`].
-    pub(super) fn of(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Self {
+    pub fn of(oscillator: &Oscillator, start: Start, duration: Option<f64>) -> Self {
         let turn = std::f64::consts::TAU;
         let inner = Start::State { x1: oscillator.equilibrium_x1(), x2: INNER_START * oscillator.belt_speed };
         // The portrait is drawn without cycles if they cannot be found.
@@ -108,7 +108,7 @@ impl Portrait {
     }
 
     /// The smallest rectangle around everything: x1 and x2, least and greatest.
-    pub(super) fn extent(&self) -> [f64; 4] {
+    pub fn extent(&self) -> [f64; 4] {
         let (exit, v) = (self.oscillator.exit_x1(), self.oscillator.belt_speed);
         let mut extent = [exit, exit, 0.0, v];
         let cycles = self.cycles.iter().flat_map(|(cycle, _)| &cycle.samples);
@@ -131,7 +131,7 @@ impl Portrait {
         self.orbit.samples.iter().find(sticks)
     }
 
-    pub(super) fn draw(&self, scene: &mut Scene, panel: &Panel) {
+    pub fn draw(&self, scene: &mut Scene, panel: &Panel) {
         let oscillator = &self.oscillator;
         let v = oscillator.belt_speed;
         let at = |x1: f64, x2: f64| panel.place(x1, x2);
@@ -161,7 +161,7 @@ impl Portrait {
         });
     }
 
-    pub(super) fn legend(&self, legend: &mut Legend) {
+    pub fn legend(&self, legend: &mut Legend) {
         let from = match self.start {
             Start::ExitPoint => "orbit from the exit point",
             Start::State { .. } => "orbit from the start",
@@ -195,7 +195,7 @@ impl Portrait {
     }
 
     /// The long-run behaviour of the orbit, in words.
-    pub(super) fn words(&self) -> &'static str {
+    pub fn words(&self) -> &'static str {
         let stability = self.oscillator.stability();
         match self.orbit.ending {
             Ending::Closes { .. } if stability == Stability::Attracts => {
@@ -215,7 +215,7 @@ impl Portrait {
 }
 
 /// Slipping and sticking parts of an orbit one after the other; each ends where the next begins.
-pub(super) fn parts(mut samples: &[State]) -> Vec<(&[State], bool)> {
+pub fn parts(mut samples: &[State]) -> Vec<(&[State], bool)> {
     let mut parts = Vec::new();
     while let Some(first) = samples.first() {
         let sticking = first.phase == Phase::Stick;
@@ -270,11 +270,7 @@ fn smooth(oscillator: &Oscillator, samples: &[State]) -> Vec<(f64, f64)> {
 }
 
 /// Equal scales around an extent for a panel of width `w`, and its height; `aspects` bounds height / width.
-pub(super) fn equal_scales(
-    [left, right, low, high]: [f64; 4],
-    w: f64,
-    aspects: (f64, f64),
-) -> (Scale, Scale, f64) {
+pub fn equal_scales([left, right, low, high]: [f64; 4], w: f64, aspects: (f64, f64)) -> (Scale, Scale, f64) {
     let (mut width, mut height) = (1.08 * (right - left), 1.14 * (high - low));
     let aspect = (height / width).clamp(aspects.0, aspects.1);
     width = width.max(height / aspect);
