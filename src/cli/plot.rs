@@ -11,7 +11,8 @@ use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
-use slipmap_report::figure::plot::{At, Marks};
+use slipmap_report::figure::Marks;
+use slipmap_report::figure::plot::At;
 use slipmap_report::figure::{self, DiagramPlot, Plot, Width, diagram};
 use slipmap_report::{ReportError, View};
 

@@ -159,7 +159,7 @@ impl PlaneRequest {
             "python": format!("import slipmap\n\ndata = slipmap.run(\"{CONFIG}\")\nprint(data.squeeze())\n"),
             "command": command,
             // The rows of a measured law.
-            "table": super::place::law_json(&description.law_as_written())["table"],
+            "table": super::law::law_json(&description.law_as_written())["table"],
         }))
     }
 }

@@ -15,6 +15,7 @@ mod catalogue;
 mod export;
 mod figures;
 mod guard;
+mod law;
 mod picture;
 mod place;
 mod plane;

@@ -16,14 +16,6 @@ pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
     found.ok_or_else(|| Refusal::malformed(format!("there is no motion `{name}`")))
 }
 
-/// Refuses a formula that uses the name of a quantity of the machine.
-pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
-    match law.as_written() {
-        Law::Expression(formula) => Ok(slipmap_config::check_names(formula)?),
-        _ => Ok(()),
-    }
-}
-
 /// The machine with these values of its quantities, of which those `given` stand in place of others. Its law is in SI
 /// units; its friction must be legal up to twice the belt speed.
 pub(super) fn machine(
@@ -32,7 +24,7 @@ pub(super) fn machine(
     given: &[String],
     at: &BTreeMap<String, f64>,
 ) -> Result<Machine, Refusal> {
-    check_names(law)?;
+    super::law::check_names(law)?;
     let names = Machine::names(law, is_given(given));
     let value = |name: &str| at.get(name).copied().filter(|_| names.contains(&name));
     let lacks = || {
@@ -51,7 +43,7 @@ fn is_given(given: &[String]) -> impl Fn(&str) -> bool {
 
 /// The law of a machine as the page sends it, with the quantities that stand in place of others.
 pub(super) fn law_json(machine: &Machine) -> Value {
-    let mut law = super::place::law_json(&machine.law());
+    let mut law = super::law::law_json(&machine.law());
     let names: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
     let usual = Machine::names(&machine.law(), |_| false);
     let mut given: Vec<&str> = names.iter().filter(|name| !usual.contains(name)).copied().collect();
@@ -77,7 +69,7 @@ fn check(machine: &Machine) -> Result<(), Refusal> {
             // In the units in which it was typed, so that an error has its place there.
             Ok(Expression::new(&formula.text(), rest)?.check(1.0, parameters, fastest)?)
         }
-        Friction::Measured(table) => super::place::check_reach(table, fastest),
+        Friction::Measured(table) => super::law::check_reach(table, fastest),
         Friction::Coefficients(..) => Ok(()),
     }
 }

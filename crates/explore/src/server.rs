@@ -22,7 +22,7 @@ use super::guard::{Names, protect};
 use super::plane::PlaneRequest;
 use super::point::PointRequest;
 use super::refusal::Refusal;
-use super::{Start, assets, catalogue, place, quantities};
+use super::{Start, assets, catalogue, law, place, quantities};
 
 /// Time limit of an answer that the page waits for.
 const LONGEST_WORK: Duration = Duration::from_secs(20);
@@ -137,7 +137,7 @@ async fn start(State(shared): OfPage) -> Json<Value> {
 #[derive(Deserialize)]
 struct LawRequest {
     #[serde(flatten)]
-    law: place::LawText,
+    law: law::LawText,
     #[serde(default)]
     motion: Option<String>,
 }
@@ -163,7 +163,7 @@ async fn law(JsonBody(request): JsonBody<LawRequest>) -> Reply {
 /// Converts a place to dimensionless numbers.
 async fn dimensionless(JsonBody(request): JsonBody<place::Place>) -> Reply {
     let (law, point) = request.point()?;
-    Ok(Json(json!({ "law": place::law_json(&law), "at": place::at_json(&law, &point) })))
+    Ok(Json(json!({ "law": law::law_json(&law), "at": place::at_json(&law, &point) })))
 }
 
 async fn plane(

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::place::law_json;
+use super::law::law_json;
 use slipmap_column::critical::{critical_damping, known_or_nan};
 use slipmap_machine::{DAMPING, Machine, NORMAL_FORCE};
 use slipmap_map::{AxisRole, Grid, Shown};

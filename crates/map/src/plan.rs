@@ -7,7 +7,6 @@ use super::Grid;
 use super::Plane;
 use super::Quantity;
 use super::tiles;
-use crate::dataset::Schema;
 use slipmap_certify::validated;
 use slipmap_column::{DEFAULT_TOLERANCE, Method, TOLERANCES, limits};
 use slipmap_model::friction::{Column, Curve};
@@ -340,11 +339,6 @@ impl Plan {
         let parts = dampings.div_ceil(self.tile_shape.last().copied().unwrap_or(dampings).max(1)) as u128;
         let columns = self.grid.column_count() as u128;
         u128::from(QUESTION) * (columns * parts * of_column + self.grid.cells() as u128 * of_cell)
-    }
-
-    /// Size of the map in bytes before compression.
-    pub fn bytes(&self) -> u128 {
-        Schema::of(self).bytes()
     }
 }
 

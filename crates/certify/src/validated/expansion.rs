@@ -334,6 +334,15 @@ fn recurrence(x: f64, degree: usize, orders: usize) -> [[Interval; HIGHEST + 1];
 }
 
 #[cfg(test)]
+impl Tile {
+    /// An enclosure of C* at groups inside the box.
+    pub(super) fn critical(&self, groups: &super::defect::Groups) -> Interval {
+        let [[[value, ..], ..], ..] = polynomial(self, [groups.a, groups.k, groups.b]);
+        value + Interval::new(-self.radius, self.radius)
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::validated::defect::Groups;

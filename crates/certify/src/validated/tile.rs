@@ -189,13 +189,6 @@ impl Tile {
         Sampled::of(&candidates, circle)
     }
 
-    /// An enclosure of C* at groups inside the box.
-    #[cfg(test)]
-    pub(super) fn critical(&self, groups: &Groups) -> Interval {
-        let [[[value, ..], ..], ..] = super::expansion::polynomial(self, [groups.a, groups.k, groups.b]);
-        value + Interval::new(-self.radius, self.radius)
-    }
-
     /// The axis along which the candidates are least resolved.
     pub(super) fn roughest_axis(&self) -> usize {
         let rough = |axis: usize| -> f64 {

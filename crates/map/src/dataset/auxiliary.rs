@@ -1,8 +1,7 @@
 //! Variables of a machine's map beside those of its cells: the quantities that do not vary, and the probability
 //! of stick-slip. Each is stored in one piece.
 
-use super::Value;
-use super::schema::si_name;
+use super::value::{Value, si_name};
 use crate::Grid;
 
 /// A variable that is stored in one piece.

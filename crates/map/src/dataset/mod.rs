@@ -13,9 +13,9 @@ pub use attributes::{Outcome, Provenance};
 pub use auxiliary::Auxiliary;
 pub use fingerprint::Fingerprint;
 pub use schema::{Cells, Schema, Variable};
-pub use schema::{Content, SCHEMA, si_name};
+pub use schema::{Content, SCHEMA};
 pub use series::{Contents, Series};
-pub use value::Value;
+pub use value::{Value, si_name};
 
 /// Lower-case hexadecimal digits.
 pub fn hex(bytes: &[u8]) -> String {

@@ -6,8 +6,8 @@ use slipmap_column::{Method, Regime, Verdict};
 use slipmap_machine::Dimension;
 use slipmap_model::friction::Law;
 
-use super::Value;
 use super::auxiliary::{self, rank_of};
+use super::value::{Value, si_name};
 
 /// Version of the layout of map files, the only one that is read. Version 2 added curves of codimension one,
 /// version 3 the errors of critical dampings, version 4 the axes of machines.
@@ -305,11 +305,6 @@ fn of_quantity(quantity: Quantity, methods: &[Method], grid: &Grid, content: Con
     }
 }
 
-/// The name of an SI unit as readers of the CF conventions know it; 1 for a pure number.
-pub fn si_name(unit: &str) -> String {
-    if unit.is_empty() { "1".into() } else { unit.replace('²', "2") }
-}
-
 /// Gives a variable of a machine's map its SI unit, and names the quantities that do not vary as its coordinates.
 fn describe_in_si(variable: &mut Variable, grid: &Grid) {
     let Some(machine) = grid.machine() else { return };
@@ -353,4 +348,11 @@ fn plain(name: &str, long_name: &str, content: Content) -> Variable {
         variable.attributes.push(("flag_meanings", meanings.join(" ").into()));
     }
     variable
+}
+
+impl Plan {
+    /// Size of the map in bytes before compression.
+    pub fn bytes(&self) -> u128 {
+        Schema::of(self).bytes()
+    }
 }

@@ -36,3 +36,8 @@ impl From<f64> for Value {
         Value::Reals(vec![number])
     }
 }
+
+/// The name of an SI unit as readers of the CF conventions know it; 1 for a pure number.
+pub fn si_name(unit: &str) -> String {
+    if unit.is_empty() { "1".into() } else { unit.replace('²', "2") }
+}

@@ -50,6 +50,12 @@ use custom::CustomCurve;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
 
+/// What a law that vanishes at rest means, and what to write, in words.
+const NO_REST: &str = "friction vanishes at rest: the mass never sticks, and the rise of a smoothed law is a viscous \
+                                  contact";
+const REST_AT_PEAK: &str = "write rest = \"peak\" (or --rest peak) for the law beyond its first peak, with the peak as \
+                                       friction at rest; or write the law without its smoothing";
+
 /// The quantities of a law phi = 1 + eps F1(u) + O(eps^2) that the first-order theory (eps -> 0) needs.
 ///
 /// Slopes are divided by eps, so that they can be compared with the damping c.

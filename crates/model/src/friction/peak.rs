@@ -9,12 +9,6 @@ use super::table::{Table, TableError};
 use crate::point::LawParameters;
 use slipmap_numbers::roots::{Bracket, falling_root};
 
-/// What a law that vanishes at rest means, and what to write, in words.
-pub(super) const NO_REST: &str = "friction vanishes at rest: the mass never sticks, and the rise of a smoothed law is a viscous \
-                                  contact";
-pub(super) const REST_AT_PEAK: &str = "write rest = \"peak\" (or --rest peak) for the law beyond its first peak, with the peak as \
-                                       friction at rest; or write the law without its smoothing";
-
 /// Slip speeds between which a peak is looked for, and their number per factor of two.
 const OCTAVES: std::ops::Range<i32> = -40..20;
 const PER_OCTAVE: i32 = 32;

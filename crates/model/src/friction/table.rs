@@ -7,7 +7,7 @@
 use std::sync::{Arc, LazyLock};
 
 use super::Range;
-use super::peak::{NO_REST, REST_AT_PEAK};
+use super::{NO_REST, REST_AT_PEAK};
 use slipmap_numbers::gauss::Rule;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};

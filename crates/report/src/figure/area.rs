@@ -3,7 +3,6 @@
 use ndarray::Array2;
 
 use super::bifurcations::{self, places};
-use super::plot::Marks;
 use super::slice::Slice;
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
 use slipmap_figure::data::{Data, Values};
@@ -14,6 +13,7 @@ use slipmap_figure::scene::{Anchor, Fill, Hatch, Marker, Place, Rect, Scene, Str
 use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::PlaneCurves;
+use slipmap_numbers::text::count;
 use slipmap_page::curves::{EXACT, HALO};
 use slipmap_page::palette::{self, Kind};
 use slipmap_page::units::Label;
@@ -26,6 +26,9 @@ pub enum Layer {
     /// Real numbers by colour.
     Reals(Array2<f64>),
 }
+
+/// Points with a name for the legend.
+pub type Marks = (String, Vec<[f64; 2]>);
 
 /// A panel's contents.
 #[derive(Debug)]
@@ -366,4 +369,19 @@ pub fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Dat
     let Some((label, _)) = &first.errors else { return data };
     let errors = areas.iter().filter_map(|area| area.errors.as_ref()).flat_map(|(_, errors)| errors);
     data.reals(label.header(), errors.map(|error| error * label.factor).collect())
+}
+
+/// The sentence of a caption about the failed ones among what is drawn, cells or verdicts; empty if there are
+/// none.
+pub(crate) fn failed_words(what: &str, failed: impl Iterator<Item = bool>) -> Rich {
+    let (cells, failed) =
+        failed.fold((0, 0), |(cells, count), failed| (cells + 1, count + u64::from(failed)));
+    match failed {
+        0 => Rich::default(),
+        _ => rich(&format!(
+            " Failed, in black: {} of the {} {what} drawn, for which no answer was found.",
+            count(failed),
+            count(cells)
+        )),
+    }
 }

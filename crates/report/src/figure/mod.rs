@@ -14,6 +14,7 @@ pub(crate) mod slice;
 pub(crate) mod verdict_panels;
 pub mod work_precision;
 
+pub use area::Marks;
 pub use diagram::{DiagramPlot, diagram};
 pub use plot::{Plot, plot};
 pub use slice::ChoiceError;

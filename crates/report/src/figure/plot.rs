@@ -6,12 +6,12 @@ use std::sync::atomic::AtomicBool;
 use super::super::view::View;
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
-use super::area::{self, Area, Layer};
+use super::area::{self, Area, Layer, Marks, failed_words};
 use super::bifurcations::boundary;
 use super::slice::{
-    ChoiceError, Held, Slice, drawn, errors_of, find_axis, hold, middle, nearest_node, picks_of, step,
+    ChoiceError, Held, Slice, drawn, errors_of, find_axis, hold, main_plane, middle, nearest_node, picks_of,
+    step,
 };
-use super::verdict_panels::{failed_words, main_plane};
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::{Data, Values};
 use slipmap_figure::lines::{self, Chart, Curve};
@@ -51,9 +51,6 @@ pub struct Plot<'a> {
     pub marks: Option<&'a Marks>,
     pub width: Width,
 }
-
-/// Points with a name for the legend.
-pub type Marks = (String, Vec<[f64; 2]>);
 
 #[derive(Clone, Debug)]
 pub struct Plotted {

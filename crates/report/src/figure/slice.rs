@@ -13,6 +13,10 @@ use slipmap_map::{Axis, Field, Plane};
 use slipmap_model::filippov::Oscillator;
 use slipmap_page::units::Label;
 
+/// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
+/// been computed; they are drawn as rows instead.
+pub(crate) const FEWEST_NODES: usize = 3;
+
 /// Reason why a slice cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChoiceError {
@@ -303,6 +307,26 @@ pub(crate) fn picks_of(
 
 pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
+}
+
+/// The plane of a map in which verdicts change most visibly: horizontally the longest axis among the law's
+/// and V, vertically c; the two longest axes if c has too few nodes for an area, and they have enough.
+pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
+    let axes = map.grid().axes();
+    let c = axes.len() - 1;
+    let mut others: Vec<usize> = (0..c).collect();
+    // The longest first; among equally long ones the fastest, which is V, then the law's last parameter.
+    let epsilon = map.grid().epsilon_axis();
+    let is_epsilon = |axis: usize| epsilon == Some(axis);
+    others.sort_by_key(|&axis| (std::cmp::Reverse((axes[axis].values.len(), !is_epsilon(axis))), c - axis));
+    let longest = others.iter().copied().find(|&axis| !is_epsilon(axis) || axes[axis].values.len() > 1);
+    let longest = longest.unwrap_or(others[0]);
+    let second = others.iter().copied().find(|&axis| axis != longest).unwrap_or(c);
+    let nodes = |axis: usize| axes[axis].values.len();
+    if nodes(c) >= FEWEST_NODES || nodes(c) > 1 && nodes(second) < FEWEST_NODES {
+        return (longest, c);
+    }
+    (second.min(longest), second.max(longest))
 }
 
 pub(crate) fn middle(axes: &[Axis]) -> Vec<usize> {

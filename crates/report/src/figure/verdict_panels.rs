@@ -5,10 +5,10 @@ use ndarray::Array2;
 use super::super::view::View;
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
-use super::area::{self, Area, Layer, cell_columns};
+use super::area::{self, Area, Layer, cell_columns, failed_words};
 use super::bifurcations::boundary;
 use super::plot::{self, At, Plot};
-use super::slice::{Slice, picks};
+use super::slice::{FEWEST_NODES, Slice, main_plane, picks};
 use slipmap_column::{Verdict, critical_damping};
 use slipmap_figure::data::Values;
 use slipmap_figure::lines::letter;
@@ -17,13 +17,8 @@ use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::Axis;
-use slipmap_numbers::text::count;
 use slipmap_page::palette::{self, Kind};
 use slipmap_page::units::Label;
-
-/// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
-/// been computed; they are drawn as rows instead.
-pub(super) const FEWEST_NODES: usize = 3;
 
 /// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
@@ -52,26 +47,6 @@ fn claim(method: i8, simulation: i8) -> i8 {
         _ if method == absent && simulation == present => WRONG_ABSENCE,
         _ => method,
     }
-}
-
-/// The plane of a map in which verdicts change most visibly: horizontally the longest axis among the law's
-/// and V, vertically c; the two longest axes if c has too few nodes for an area, and they have enough.
-pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
-    let axes = map.grid().axes();
-    let c = axes.len() - 1;
-    let mut others: Vec<usize> = (0..c).collect();
-    // The longest first; among equally long ones the fastest, which is V, then the law's last parameter.
-    let epsilon = map.grid().epsilon_axis();
-    let is_epsilon = |axis: usize| epsilon == Some(axis);
-    others.sort_by_key(|&axis| (std::cmp::Reverse((axes[axis].values.len(), !is_epsilon(axis))), c - axis));
-    let longest = others.iter().copied().find(|&axis| !is_epsilon(axis) || axes[axis].values.len() > 1);
-    let longest = longest.unwrap_or(others[0]);
-    let second = others.iter().copied().find(|&axis| axis != longest).unwrap_or(c);
-    let nodes = |axis: usize| axes[axis].values.len();
-    if nodes(c) >= FEWEST_NODES || nodes(c) > 1 && nodes(second) < FEWEST_NODES {
-        return (longest, c);
-    }
-    (second.min(longest), second.max(longest))
 }
 
 /// The eps at which slices are drawn: all, or evenly selected ones.
@@ -280,21 +255,6 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
         scene,
         data,
     })
-}
-
-/// The sentence of a caption about the failed ones among what is drawn, cells or verdicts; empty if there are
-/// none.
-pub(super) fn failed_words(what: &str, failed: impl Iterator<Item = bool>) -> Rich {
-    let (cells, failed) =
-        failed.fold((0, 0), |(cells, count), failed| (cells + 1, count + u64::from(failed)));
-    match failed {
-        0 => Rich::default(),
-        _ => rich(&format!(
-            " Failed, in black: {} of the {} {what} drawn, for which no answer was found.",
-            count(failed),
-            count(cells)
-        )),
-    }
 }
 
 pub(super) fn method_title(name: &str) -> Rich {

@@ -18,8 +18,8 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::peak::{NO_REST, REST_AT_PEAK};
 use super::{Gradient, NoFirstOrder, Parameter};
+use super::{NO_REST, REST_AT_PEAK};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 pub use parse::Op;
 use parse::{DEEPEST, Function, Place, Tape, is_integer};
