@@ -13,8 +13,7 @@ use slipmap::config::Job;
 use slipmap::dataset::attributes::{self, Outcome};
 use slipmap::dataset::{Auxiliary, Contents, Provenance, Schema, Series, Value, auxiliary, curves, si_name};
 use slipmap::friction::Law as Family;
-use slipmap::map::Chances;
-use slipmap::map::{ComputeError, Control, Each, Engine, Field, Grid, Plan, PlaneCurves, TileData};
+use slipmap::map::{Chances, ComputeError, Control, Each, Engine, Field, Grid, Plan, PlaneCurves, TileData};
 use slipmap::risk::Uncertain;
 
 use crate::columns::method;

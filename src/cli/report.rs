@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::plot::{TWO, width};
-use super::replace;
-use super::{Ended, Failure, interrupt, progress, say};
+use super::{Ended, Failure, interrupt, progress, replace, say};
 use slipmap_figure::FigureError;
 use slipmap_files::{Existing, WriteError};
 use slipmap_format::{MapFile, StoreError};

@@ -5,8 +5,7 @@
 use std::f64::consts::TAU;
 
 use slipmap::certify;
-use slipmap::column::Verdict;
-use slipmap::column::critical_damping;
+use slipmap::column::{Verdict, critical_damping};
 use slipmap::filippov::Oscillator;
 use slipmap::flow::{Fate, Landing};
 use slipmap::friction::{Column, Law};

@@ -1,8 +1,7 @@
 //! Verdicts and regimes that maps interpolate between columns, compared with those of each column's own
 //! critical damping and backbone, and with the direct engine.
 
-use slipmap::column::critical_damping;
-use slipmap::column::{Method, Regime, Verdict};
+use slipmap::column::{Method, Regime, Verdict, critical_damping};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Law, Table};
 use slipmap::map::{Account, Control, Each, Engine, Field, Grid, Plan, Queue, TileData, unravel};

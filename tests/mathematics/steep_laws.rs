@@ -3,8 +3,7 @@
 
 use crate::reference;
 use crate::sample::{Random, Sampling, formula, returns};
-use slipmap::column::Verdict;
-use slipmap::column::{CriticalDamping, critical_damping};
+use slipmap::column::{CriticalDamping, Verdict, critical_damping};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{Engine, decide};

@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::certificate::Format;
 use super::certificate::list::List;
-use super::validated;
-use super::{Claim, Decision};
+use super::{Claim, Decision, validated};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 

@@ -8,10 +8,20 @@ use std::f64::consts::TAU;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::flow::Fate;
 use slipmap_model::friction::Column;
-use slipmap_numbers::text::{is_known, rounded};
+use slipmap_numbers::text::rounded;
 use slipmap_orbits::closing::{Amplitude, closing_dampings};
 use slipmap_orbits::quarters::{Sought, WIDE, closing_dampings_by_quarters};
 use slipmap_orbits::{Closing, flow};
+
+/// Largest error of a number that is told, as a share of it. A number with a larger error is withheld.
+const LARGEST_ERROR: f64 = 0.01;
+/// An error that is never too large, for numbers that vanish.
+const SMALL_ERROR: f64 = 1e-9;
+
+/// Whether a dimensionless number is told: its error is at most 1 % of it, or 1e-9.
+pub fn is_known(value: f64, error: f64) -> bool {
+    error <= (LARGEST_ERROR * value.abs()).max(SMALL_ERROR)
+}
 
 /// The critical damping of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -268,5 +278,11 @@ mod tests {
             let off = excess(width) / width.powf(2.0 / 3.0);
             assert!((0.25..0.3).contains(&off), "{width}: {off}");
         }
+    }
+
+    #[test]
+    fn a_number_is_told_up_to_an_error_of_one_per_cent() {
+        assert!(is_known(0.05, 4e-4) && !is_known(0.05, 6e-4) && is_known(0.0, 1e-10));
+        assert!(!is_known(f64::NAN, 0.1) && !is_known(1.0, f64::NAN) && !is_known(1.0, f64::INFINITY));
     }
 }

@@ -24,7 +24,7 @@ pub use behaviour::{left_out, regime, slip_cycle_count};
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, sticks_from};
 pub use end::End;
 pub use method::Method;
-pub use neighbours::{Neighbour, TIGHT, crossing_separates, separates};
+pub use neighbours::{Neighbour, crossing_separates, separates};
 pub use verdict::{Attractors, Regime, Verdict};
 
 /// Default bound on the error of the scaled grazing margin.

@@ -52,7 +52,3 @@ pub fn crossing_separates(cycle: usize, count: usize, slip_cycles: usize, fate: 
     let outside = if cycle + 1 < count { Neighbour::Crossing } else { Neighbour::Unknown };
     [inside, outside]
 }
-
-/// Largest relative error of a turn that is used for slip cycles: their amplitude is ill-conditioned where
-/// the multiplier is close to 1.
-pub const TIGHT: f64 = 1e-13;

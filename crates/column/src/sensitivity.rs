@@ -16,15 +16,13 @@
 
 use std::sync::LazyLock;
 
-use super::CriticalDamping;
-use super::NoCriticalDamping;
-use super::critical_damping;
+use super::critical::is_known;
+use super::{CriticalDamping, NoCriticalDamping, critical_damping};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::flow::Failure;
 use slipmap_model::friction::{Column, Law, Table};
 use slipmap_numbers::gauss::Rule;
 use slipmap_numbers::jet::Jet;
-use slipmap_numbers::text::is_known;
 use slipmap_orbits::arc::{LowerEnd, State, Walk};
 use slipmap_orbits::dop853::STAGES;
 use slipmap_orbits::work::Work;

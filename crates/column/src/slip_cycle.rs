@@ -21,6 +21,10 @@ use slipmap_orbits::Cycle;
 use slipmap_orbits::arc::{Extent, LowerEnd, SlipTurn, State, Walk, turn_within};
 use slipmap_orbits::work::Work;
 
+/// Largest relative error of a turn that is used for slip cycles: their amplitude is ill-conditioned where
+/// the multiplier is close to 1.
+pub const TIGHT: f64 = 1e-13;
+
 /// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto an
 /// unstable slip cycle: a slightly larger one leads to the attractor that lies outside of it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]

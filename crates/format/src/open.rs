@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use super::check;
-use super::curves;
 use super::error::StoreError;
 use super::layout;
 use super::reader::MapFile;
 use super::seal::{self, Seal};
+use super::{check, curves};
 
 /// Length in bytes of a map up to which it is verified as a whole when it is opened: a part of a second.
 const LARGE: u64 = 1 << 28;

@@ -17,13 +17,14 @@ pub use sensitivities::{Influence, Sensitivity, sensitivities};
 use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
 use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_column::backbone::Backbone;
+use slipmap_column::critical::is_known;
 use slipmap_column::crossing::crossing_cycles;
 use slipmap_column::slip_cycle::{Kick, Unknown, none_proved};
 use slipmap_column::{LongRun, Method, Regime, Verdict, sticks_from};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::Column;
-use slipmap_numbers::text::{is_known, rounded, short};
+use slipmap_numbers::text::{rounded, short};
 use slipmap_orbits::far_loops::FarLoops;
 use slipmap_orbits::flow;
 

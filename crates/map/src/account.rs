@@ -1,13 +1,6 @@
 //! Statistics of tiles: cells counted, processor seconds, audit results.
 
-use super::Audit;
-use super::Contradictions;
-use super::Grid;
-use super::LISTED;
-use super::Paths;
-use super::Plan;
-use super::Runs;
-use super::TileData;
+use super::{Audit, Contradictions, Grid, LISTED, Paths, Plan, Runs, TileData};
 use slipmap_column::Verdict;
 use slipmap_numbers::named_sums;
 

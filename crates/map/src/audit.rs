@@ -8,11 +8,8 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use super::Grid;
-use super::Plan;
-use super::Runs;
-use super::Tile;
 use super::contradictions::excludes_errors;
+use super::{Grid, Plan, Runs, Tile};
 use slipmap_certify::Guarantee;
 use slipmap_column::Verdict;
 use slipmap_model::flow::{Fate, Flow};

@@ -3,8 +3,7 @@
 //!
 //! These methods are the tests that are theorems at finite eps, `validated`, and `simulation`.
 
-use super::LISTED;
-use super::TileData;
+use super::{LISTED, TileData};
 use slipmap_certify::Guarantee;
 use slipmap_column::Verdict;
 

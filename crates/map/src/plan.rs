@@ -1,12 +1,6 @@
 //! A validated description of a computation.
 
-use super::Axis;
-use super::AxisRole;
-use super::Field;
-use super::Grid;
-use super::Plane;
-use super::Quantity;
-use super::tiles;
+use super::{Axis, AxisRole, Field, Grid, Plane, Quantity, tiles};
 use slipmap_certify::validated;
 use slipmap_column::{DEFAULT_TOLERANCE, Method, TOLERANCES, limits};
 use slipmap_model::friction::{Column, Curve};

@@ -3,12 +3,8 @@
 
 use std::collections::HashMap;
 
-use super::Field;
-use super::Plan;
-use super::Quantity;
-use super::Runs;
-use super::Tile;
 use super::interpolation::Interpolated;
+use super::{Field, Plan, Quantity, Runs, Tile};
 use crate::clock::timed;
 use slipmap_column::critical::{critical_damping, known_or_nan};
 use slipmap_column::crossing::landing_and_cycle;

@@ -7,9 +7,8 @@
 
 use std::ops::Range;
 
-use super::Engine;
-use super::Runs;
 use super::interpolation::Interpolated;
+use super::{Engine, Runs};
 use slipmap_certify::{Claim, Columns, Dampings, Decision, landing};
 use slipmap_column::critical::critical_dampings;
 use slipmap_column::{CriticalDamping, End, NoCriticalDamping, Verdict};

@@ -1,7 +1,6 @@
 //! The data computed for one tile.
 
-use super::Runs;
-use super::Tile;
+use super::{Runs, Tile};
 use slipmap_column::{Method, Regime, Verdict};
 
 /// Largest number of failed cells, and of contradictions, that are listed, for a tile and for a run.

@@ -1,8 +1,9 @@
-//! Arithmetic that knows no friction: intervals, truncated Taylor series, Chebyshev polynomials, quadrature,
+//! Arithmetic that knows no friction: elementary functions, intervals, truncated Taylor series, Chebyshev polynomials, quadrature,
 //! roots; numbers as text, names of enums; the processor's vectors.
 
 mod aligned;
 pub mod chebyshev;
+pub mod elementary;
 pub mod gauss;
 pub mod interval;
 pub mod jet;

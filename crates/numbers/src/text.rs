@@ -26,16 +26,6 @@ pub fn rounded(x: f64, digits: usize) -> String {
     format!("{mantissa}e{exponent}").parse().map_or_else(|_| short(x), short)
 }
 
-/// Largest error of a number that is told, as a share of it. A number with a larger error is withheld.
-const LARGEST_ERROR: f64 = 0.01;
-/// An error that is never too large, for numbers that vanish.
-const SMALL_ERROR: f64 = 1e-9;
-
-/// Whether a dimensionless number is told: its error is at most 1 % of it, or 1e-9.
-pub fn is_known(value: f64, error: f64) -> bool {
-    error <= (LARGEST_ERROR * value.abs()).max(SMALL_ERROR)
-}
-
 /// Number of significant digits of a value up to the second digit of its error, at most `most`.
 pub fn digits_within(value: f64, error: f64, most: usize) -> usize {
     if error == 0.0 || !error.is_finite() {
@@ -189,8 +179,6 @@ mod tests {
             let [known, whole] = known_part(value, error);
             assert!((known - value).abs() + error <= whole, "{value} {error}: {known} {whole}");
         }
-        assert!(is_known(0.05, 4e-4) && !is_known(0.05, 6e-4) && is_known(0.0, 1e-10));
-        assert!(!is_known(f64::NAN, 0.1) && !is_known(1.0, f64::NAN) && !is_known(1.0, f64::INFINITY));
     }
 
     #[test]

@@ -35,8 +35,9 @@
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
-use super::polar::{Angle, Closing, LANES, Lanes, Vector, exp};
+use super::polar::{Angle, Closing, LANES, Lanes, Vector};
 use slipmap_model::point::ScaledGroups;
+use slipmap_numbers::elementary::exp;
 use slipmap_numbers::{Aligned, vectorized};
 
 /// A column that fails on one of this many coarsest circles, or on its first, is tried again on the next.

@@ -16,9 +16,9 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use super::lower_set::{LowerSet, Side};
-use super::polar::exp;
 use super::return_map::{Turn, UNRESOLVED, turns_of_orbits};
 use slipmap_model::friction::Column;
+use slipmap_numbers::elementary::exp;
 use slipmap_numbers::random::Random;
 use slipmap_numbers::vectorized;
 

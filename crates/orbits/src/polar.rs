@@ -44,54 +44,6 @@ pub enum Turn {
     },
 }
 
-/// 1 / n!, n from 0.
-pub const INVERSE_FACTORIALS: [f64; 18] = {
-    let mut inverses = [1.0; 18];
-    let (mut factorial, mut n) = (1.0, 1);
-    while n < inverses.len() {
-        factorial *= n as f64;
-        inverses[n] = 1.0 / factorial;
-        n += 1;
-    }
-    inverses
-};
-
-/// exp(x) by its Taylor series to degree 9 at x / 2^`HALVINGS`, then as many squarings: to a few units in the
-/// last place for |x| <= 0.09 * 2^`HALVINGS`, to 1e-8 for |x| <= 0.5 * 2^`HALVINGS`.
-#[inline(always)]
-pub fn exp<const HALVINGS: u32>(x: f64) -> f64 {
-    let y = x / f64::from(1_u32 << HALVINGS);
-    let mut sum = INVERSE_FACTORIALS[9];
-    for n in (1..9).rev() {
-        sum = y.mul_add(sum, INVERSE_FACTORIALS[n]);
-    }
-    // expm1 keeps the accuracy of small arguments through the squarings: e(2y) = e(y) (2 + e(y)).
-    let mut expm1 = y * sum;
-    for _ in 0..HALVINGS {
-        expm1 *= 2.0 + expm1;
-    }
-    1.0 + expm1
-}
-
-/// exp(x) for x <= 0 by its Taylor series to degree 13 at the remainder of x by ln 2; to a few units in the last place, and
-/// not below the normal numbers.
-#[inline(always)]
-pub fn exp_falling(x: f64) -> f64 {
-    // ln 2 as a sum of two numbers, of which the first has zeros at its end.
-    const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
-    // A number of this size has no fraction; its last bits are those of the exponent.
-    const WHOLE: f64 = 6_755_399_441_055_744.0 + 1023.0;
-    let x = if x > -708.0 { x } else { -708.0 };
-    let shifted = x.mul_add(std::f64::consts::LOG2_E, WHOLE);
-    let whole = shifted - WHOLE;
-    let rest = whole.mul_add(-LN_2[1], whole.mul_add(-LN_2[0], x));
-    let mut sum = INVERSE_FACTORIALS[13];
-    for n in (0..13).rev() {
-        sum = rest.mul_add(sum, INVERSE_FACTORIALS[n]);
-    }
-    sum * f64::from_bits(shifted.to_bits() << 52)
-}
-
 /// Number of orbits integrated together: two AVX2 registers or one AVX-512 register.
 pub const LANES: usize = 8;
 /// A number of each of them.

@@ -8,10 +8,7 @@
 pub use super::polar::Turn;
 
 use super::arc::Extent;
-use super::collocation;
-use super::exit_orbit;
-use super::stepping;
-use super::turn;
+use super::{collocation, exit_orbit, stepping, turn};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::flow::{Fate, Flow};
 use slipmap_model::friction::Column;

@@ -25,11 +25,11 @@
 use std::f64::consts::TAU;
 
 use super::dop853::{Field, NODES, STAGES, step};
-use super::elements::sin_cos_of_turn;
 use super::polar::Turn;
 use slipmap_model::corners::{self, End};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Weakening;
+use slipmap_numbers::elementary::sin_cos_of_turn;
 use slipmap_numbers::{Aligned, vectorized};
 
 /// Least dth/dt, as in the vectorised kernel: below it the polar angle may not be monotone in time.

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{AXES, SMALL, all_methods, assert_close, gather, indices, plan, row, small, store_map, verdicts};
-use slipmap::column::critical_damping;
-use slipmap::column::{Method, Verdict};
+use slipmap::column::{Method, Verdict, critical_damping};
 use slipmap::map::Field;
 use slipmap::report::{Cell, View, tables};
 

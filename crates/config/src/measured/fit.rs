@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::Measured;
+use super::readings::Knot;
 use slipmap_fit::{Fit, Form, NoFit, Reading, fits};
 use slipmap_machine::{AREA, Coefficients, Dimension, NORMAL_FORCE, PRESSURE, RADIUS};
-use slipmap_model::friction::readings::Knot;
 use slipmap_numbers::text::{known_part, rounded, short};
 use toml_edit::{DocumentMut, Item, TomlError};
 

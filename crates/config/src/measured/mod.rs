@@ -3,6 +3,7 @@
 
 mod columns;
 mod fit;
+mod readings;
 mod rows;
 mod table;
 mod text;

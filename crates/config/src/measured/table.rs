@@ -1,7 +1,7 @@
 //! Measured friction as a law: repeated and scattered readings averaged, and the friction at rest.
 
+use super::readings::{Knot, means, segments};
 use super::{Measured, Reading};
-use slipmap_model::friction::readings::{Knot, means, segments};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Source, Table};
 
 /// The friction at rest of a table or of a formula.

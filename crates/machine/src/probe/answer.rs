@@ -7,9 +7,9 @@ use slipmap_certify::{Claim, Decision, Guarantee};
 use slipmap_column::crossing::{CrossingCycles, crossing_cycles, stick_slip_cycle};
 use slipmap_column::limits::{Limit, Ray};
 use slipmap_column::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
-use slipmap_column::slip_cycle::{Unknown, none_proved, slip_cycles};
+use slipmap_column::slip_cycle::{TIGHT, Unknown, none_proved, slip_cycles};
 use slipmap_column::{
-    BasinBoundary, CriticalDamping, Method, NoCriticalDamping, Regime, TIGHT, Verdict, sticks_from,
+    BasinBoundary, CriticalDamping, Method, NoCriticalDamping, Regime, Verdict, sticks_from,
 };
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};

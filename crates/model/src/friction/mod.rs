@@ -18,7 +18,6 @@ mod function;
 mod lorentzian;
 mod mean;
 mod peak;
-pub mod readings;
 mod stribeck;
 mod table;
 mod weakening;

@@ -6,8 +6,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use super::Range;
-use super::{NO_REST, REST_AT_PEAK};
+use super::{NO_REST, REST_AT_PEAK, Range};
 use slipmap_numbers::gauss::Rule;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};

@@ -1,36 +1,7 @@
-//! Elementary functions and sums that vectorise over the nodes of an element.
+//! Sums and products that vectorise over the nodes of an element.
 
-use crate::polar::INVERSE_FACTORIALS;
 use slipmap_model::friction::Polynomial;
 use slipmap_numbers::gauss::MOST;
-
-/// sin(z) and cos(z) for |z| <= pi / 4, by the Taylor series up to z^17 / 17! and z^16 / 16!, of which
-/// Horner's rule takes the coefficients 1 / n! from the last one to the first.
-#[inline(always)]
-pub(crate) fn sin_cos(z: f64) -> [f64; 2] {
-    let y = -z * z;
-    let [mut sin, mut cos] = [INVERSE_FACTORIALS[17], INVERSE_FACTORIALS[16]];
-    for n in (0..8).rev() {
-        sin = y.mul_add(sin, INVERSE_FACTORIALS[2 * n + 1]);
-        cos = y.mul_add(cos, INVERSE_FACTORIALS[2 * n]);
-    }
-    [z * sin, cos]
-}
-
-/// sin(z) and cos(z) for z from 0 to 2 pi and a few roundings beyond, to about a unit in the last place.
-#[inline(always)]
-pub(crate) fn sin_cos_of_turn(z: f64) -> [f64; 2] {
-    // pi / 2 as a sum of two numbers, of which the first has zeros at its end.
-    const QUARTER: [f64; 2] = [1.570_796_251_296_997, 7.549_789_415_861_596e-8];
-    let quarters = (z * std::f64::consts::FRAC_2_PI + 0.5).floor();
-    let [sin, cos] = sin_cos(quarters.mul_add(-QUARTER[1], quarters.mul_add(-QUARTER[0], z)));
-    match quarters as i32 & 3 {
-        0 => [sin, cos],
-        1 => [cos, -sin],
-        2 => [-sin, -cos],
-        _ => [-cos, sin],
-    }
-}
 
 /// Sine and cosine of the sum of two angles.
 #[inline(always)]

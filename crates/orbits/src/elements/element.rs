@@ -1,7 +1,8 @@
 //! A part of the turn on which p' is one polynomial.
 
-use super::arithmetic::{apply, dot, first, sin_cos, turned};
+use super::arithmetic::{apply, dot, first, turned};
 use slipmap_numbers::Aligned;
+use slipmap_numbers::elementary::sin_cos;
 use slipmap_numbers::gauss::{MOST, Rule};
 
 /// Values at the nodes.

@@ -43,7 +43,6 @@ mod orbit;
 use std::sync::LazyLock;
 
 use super::polar::Closing;
-pub(super) use arithmetic::{sin_cos, sin_cos_of_turn};
 use orbit::{Orbit, Problem, Step};
 use slipmap_model::friction::Weakening;
 use slipmap_numbers::gauss::{MOST, Rule};

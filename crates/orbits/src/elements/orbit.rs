@@ -2,11 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::arithmetic::{apply, dot, first, sin_cos, sin_cos_of_turn, turned, weakening};
+use super::arithmetic::{apply, dot, first, turned, weakening};
 use super::element::Element;
-use crate::polar::exp;
 use slipmap_model::friction::Weakening;
 use slipmap_numbers::Aligned;
+use slipmap_numbers::elementary::{exp, sin_cos, sin_cos_of_turn};
 use slipmap_numbers::gauss::{MOST, Rule};
 
 /// Least dth/dt: the polar form applies as long as it is positive, but near zero g is hard to resolve.

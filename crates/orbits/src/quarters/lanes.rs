@@ -4,11 +4,11 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::quarter::{Quarter, Rate, SHARE};
 use crate::dop853::{Field, NODES, STAGES, step};
-use crate::elements::sin_cos;
-use crate::polar::{LANES, Vector, exp_falling};
+use crate::polar::{LANES, Vector};
 use slipmap_model::corners::{self, End};
 use slipmap_model::friction::ExponentialFall;
 use slipmap_numbers::Aligned;
+use slipmap_numbers::elementary::{exp_falling, sin_cos};
 
 /// Longest step in the angle.
 const LONGEST_STEP: f64 = 0.5;
