@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Paths on which the binary depends.
-const SOURCES: [&str; 4] = ["src", "Cargo.toml", "Cargo.lock", "build.rs"];
+const SOURCES: [&str; 5] = ["src", "crates", "Cargo.toml", "Cargo.lock", "build.rs"];
 
 /// Output of a git command run in the crate's folder; `None` without git or outside a repository. Without
 /// optional locks, so that the command changes no file that would trigger a new build.

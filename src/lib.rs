@@ -4,8 +4,8 @@
 //! A mass on a spring rides on a belt of speed V. Friction that weakens with the slip speed can drive it
 //! into a cycle of sticking and slipping. Six numbers decide: eps, the alpha, beta and gamma of the
 //! friction law, V, and the damping c. This crate answers the question "does a stick-slip cycle exist?" by
-//! closed-form tests ([`certify`]) and by the simulated flow ([`simulate`]), at one point or at every cell of
-//! a grid ([`map`]). The mathematics is in [`theory`].
+//! closed-form tests ([`certify`]) and by the simulated flow ([`orbits`], [`column`]), at one point or at every cell
+//! of a grid ([`map`]). The mathematics is in [`theory`].
 //!
 //! # One point
 //! ```
@@ -56,12 +56,9 @@
 //! at any time.
 
 pub use slipmap_certify as certify;
-pub use slipmap_column as column;
-pub use slipmap_machine as machine;
 pub use slipmap_machine::{behaviour, probe, risk};
 pub use slipmap_map::dataset;
 pub use slipmap_model::{filippov, flow, point};
-pub use slipmap_orbits as orbits;
 pub use slipmap_witness as witness;
 
 #[cfg(feature = "config")]
@@ -191,7 +188,39 @@ pub mod map {
     //! # Ok::<(), Box<dyn std::error::Error>>(())
     //! ```
 
-    pub use slipmap_map::*;
+    pub use slipmap_map::{
+        Account, Audit, Axis, AxisRole, Chances, ComputeError, Contradiction, Contradictions, Control,
+        Description, Disagreement, Each, Engine, FailedCell, Field, Grid, GridError, MethodAccount,
+        MethodCells, Paths, Plan, PlanBuilder, PlanError, Plane, PlaneCurve, PlaneCurves, PlanePoint,
+        Probabilities, Proofs, Quantity, Queue, Runs, Shard, Shown, Sink, Stages, Summary, Tile, TileData,
+        Unknown, compute_tiles, decide, run, unravel,
+    };
+}
+
+pub mod column {
+    //! A friction curve at a belt speed, at every damping: critical damping, cycles, regimes, curves in planes.
+
+    pub use slipmap_column::{
+        Attractors, BasinBoundary, Behaviour, CriticalDamping, DEFAULT_TOLERANCE, LongRun, Method, Neighbour,
+        NoCriticalDamping, Regime, TOLERANCES, Verdict, backbone, bifurcation, continuation, critical,
+        critical_damping, crossing, crossing_separates, limits, long_run, regime, sensitivity, separates,
+        slip_cycle, slip_cycle_count,
+    };
+}
+
+pub mod orbits {
+    //! Orbits followed at one damping, and the naive methods whose errors are measured.
+
+    pub use slipmap_orbits::{Cycle, arc, far_loops, flow, margins, naive, return_map};
+}
+
+pub mod machine {
+    //! Machines in SI units, and their dimensionless oscillators.
+
+    pub use slipmap_machine::{
+        AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, Dimension, FREQUENCY, Friction, Given,
+        INERTIA, MASS, Machine, Model, Motion, NORMAL_FORCE, PRESSURE, RADIUS, Units, requirement, unit,
+    };
 }
 
 pub mod theory {

@@ -103,3 +103,49 @@ fn slow_tests_exist() {
         assert!(exists, "no test `{name}`");
     }
 }
+
+/// Maps keep the commit of the program that made them, and tiles of other programs are refused: it must tell of every
+/// change of what the program is built from, in whichever crate.
+#[test]
+fn the_commit_tells_of_changes_in_every_crate() {
+    let manifest: toml_edit::DocumentMut = read("Cargo.toml").parse().unwrap();
+    let of_crates = manifest["workspace"]["members"][0].as_str().unwrap();
+    let git = |arguments: &[&str]| {
+        let run =
+            Command::new("git").args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+        String::from_utf8(run.stdout).unwrap().trim().to_owned()
+    };
+    let sources = ["src", of_crates, "Cargo.toml", "Cargo.lock", "build.rs"];
+    let changed = git(&[&["--no-optional-locks", "status", "--porcelain", "--"], &sources[..]].concat());
+    let commit = git(&["rev-parse", "HEAD"]);
+    if commit.is_empty() {
+        return;
+    }
+    let expected = if changed.is_empty() { commit } else { format!("{commit}, modified") };
+    assert_eq!(slipmap::GIT, expected);
+}
+
+/// What draws, and what the explorer answers with, runs where there is no HDF5: in the browser, and in Python beside other
+/// builds of it.
+#[test]
+fn nothing_that_draws_links_hdf5() {
+    for name in ["slipmap-figure", "slipmap-page", "slipmap-explore"] {
+        let tree = Command::new(env!("CARGO"))
+            .args([
+                "tree",
+                "--locked",
+                "--offline",
+                "--edges",
+                "normal,build",
+                "--prefix",
+                "none",
+                "-p",
+                name,
+            ])
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .output()
+            .unwrap();
+        let tree = String::from_utf8(tree.stdout).unwrap();
+        assert!(tree.starts_with(name) && !tree.contains("hdf5"), "{tree}");
+    }
+}
