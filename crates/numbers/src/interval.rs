@@ -528,4 +528,48 @@ mod tests {
         }
         assert_eq!(Interval::exp_bound(64.0), f64::INFINITY);
     }
+
+    /// What others wrote: the vectors of IEEE 1788 hold, and images of operands on which an operation is defined are wider by
+    /// the stated widening alone.
+    #[test]
+    fn the_public_vectors_of_ieee_1788_hold() {
+        let mut bounded = 0;
+        for row in include_str!("../itf1788.txt").lines().filter(|row| !row.starts_with('#')) {
+            let mut words = row.split(' ');
+            let name = words.next().unwrap();
+            let ends: Vec<f64> =
+                words.map(|digits| f64::from_bits(u64::from_str_radix(digits, 16).unwrap())).collect();
+            let intervals: Vec<Interval> =
+                ends.chunks(2).map(|ends| Interval::new(ends[0], ends[1])).collect();
+            let (x, tightest) = (intervals[0], intervals[intervals.len() - 1]);
+            let (image, ulps) = match name {
+                "neg" => (-x, 0.0),
+                "abs" => (x.abs(), 0.0),
+                "add" => (x + intervals[1], 3.0),
+                "sub" => (x - intervals[1], 3.0),
+                "mul" => (x * intervals[1], 3.0),
+                "div" => (x / intervals[1], 3.0),
+                "sqr" => (x.squared(), 3.0),
+                "sqrt" => (x.sqrt(), 3.0),
+                "exp" => (x.exp(), 8.0),
+                "log" => (x.ln(), 8.0),
+                "sin" => (x.sin_cos().0, 8.0),
+                "cos" => (x.sin_cos().1, 8.0),
+                "tanh" => (x.tanh(), 8.0),
+                "atan" => (x.atan(), 8.0),
+                _ => panic!("{row}"),
+            };
+            assert!(image.lo <= tightest.lo && tightest.hi <= image.hi, "{name} {ends:?}: {image:?}");
+            let slack = |end: f64| ulps * (end.abs() * f64::EPSILON + f64::MIN_POSITIVE);
+            if image.is_bounded() {
+                let [below, above] = [tightest.lo - image.lo, image.hi - tightest.hi];
+                assert!(
+                    below <= slack(tightest.lo) && above <= slack(tightest.hi),
+                    "{name} {ends:?}: {image:?}"
+                );
+                bounded += 1;
+            }
+        }
+        assert!(bounded > 200, "{bounded}");
+    }
 }
