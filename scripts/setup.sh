@@ -3,31 +3,43 @@
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-# need_packages TEST PACKAGE...: installs the Debian packages unless the shell command TEST succeeds.
-need_packages() {
-    local present=$1
-    shift
-    if eval "$present" >/dev/null 2>&1; then
+# missing TEST PACKAGE...: prints the Debian packages unless the shell command TEST succeeds.
+missing() {
+    eval "$1" >/dev/null 2>&1 || echo "${@:2}"
+}
+
+# want_packages TEST PACKAGE...: installs the packages unless TEST succeeds; says so and fails where it may not.
+want_packages() {
+    local sudo="" packages
+    packages=$(missing "$@")
+    if [ -z "$packages" ]; then
         return
     fi
-    local sudo=""
     if [ "$(id -u)" -ne 0 ]; then
         sudo="sudo -n"
     fi
     if command -v apt-get >/dev/null && $sudo true 2>/dev/null; then
-        echo "installing: $*" >&2
+        echo "installing: $packages" >&2
         # Once for all that a script needs.
         if [ -z "${package_lists_updated:-}" ]; then
-            $sudo apt-get update -qq >&2
+            $sudo apt-get update -qq >&2 || true
             package_lists_updated=yes
         fi
-        DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends "$@" >&2
-    else
-        echo "slipmap needs these packages (names as on Debian and Ubuntu), please install them: $*" >&2
-        exit 2
+        # shellcheck disable=SC2086 # several words
+        if DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends $packages >&2; then
+            return
+        fi
     fi
+    echo "slipmap needs these packages (names as on Debian and Ubuntu), please install them: $packages" >&2
+    return 1
 }
 
+# need_packages TEST PACKAGE...: as want_packages, and ends the script where they are not to be had.
+need_packages() {
+    want_packages "$@" || exit 2
+}
+
+build_tools=("command -v cc && command -v pkg-config && pkg-config --exists hdf5" build-essential pkg-config libhdf5-dev)
 need_build_tools() {
     if ! command -v cargo >/dev/null && [ -f "$HOME/.cargo/env" ]; then
         . "$HOME/.cargo/env"
@@ -36,14 +48,14 @@ need_build_tools() {
         echo "slipmap needs Rust 1.92 or newer: https://rustup.rs" >&2
         exit 2
     fi
-    need_packages "command -v cc && command -v pkg-config && pkg-config --exists hdf5" \
-        build-essential pkg-config libhdf5-dev
+    need_packages "${build_tools[@]}"
 }
 
 # make_environment FOLDER REQUIREMENTS: a virtual environment with these packages; rebuilt if they change.
 # Python compiles what is imported when it is; to compile all files here would take as long as to install them.
+venv=("python3 -m venv --help && python3 -m ensurepip --version" python3-venv python3-pip)
 make_environment() {
-    need_packages "python3 -m venv --help && python3 -m ensurepip --version" python3-venv python3-pip
+    need_packages "${venv[@]}"
     if ! cmp -s "$2" "$1/requirements.txt"; then
         mkdir -p "$(dirname "$1")"
         python3 -m venv --clear "$1"
@@ -54,8 +66,9 @@ make_environment() {
 
 # The Python programs that read maps as users do, and what tests the Python package, in a folder of their own
 # that git ignores.
+readers=("command -v ncdump && command -v h5dump" netcdf-bin hdf5-tools)
 need_python() {
-    need_packages "command -v ncdump && command -v h5dump" netcdf-bin hdf5-tools
+    need_packages "${readers[@]}"
     make_environment "$root/target/venv" "$root/scripts/requirements.txt"
     python="$root/target/venv/bin/python"
 }
@@ -68,12 +81,9 @@ build_for_tests() {
 
 # pdflatex with what the LaTeX of reports uses (siunitx is in texlive-science): 120 MB to fetch, a minute or
 # two.
-need_latex() {
-    need_packages "command -v pdflatex && kpsewhich siunitx.sty && kpsewhich booktabs.sty" \
-        texlive-latex-base texlive-latex-recommended texlive-science
-}
-
+latex=("command -v pdflatex && kpsewhich siunitx.sty && kpsewhich booktabs.sty"
+    texlive-latex-base texlive-latex-recommended texlive-science)
 # A browser, and a reader of the files that it prints, for tests of the pages.
-need_chromium() {
-    need_packages "command -v chromium && command -v pdftotext" chromium poppler-utils
-}
+chromium=("command -v chromium && command -v pdftotext" chromium poppler-utils)
+# A file server to be killed during a run.
+mounts=("command -v bindfs" bindfs fuse3)

@@ -1,7 +1,7 @@
 //! Every computation at a point has a budget of work: it ends even at the ends of the range of numbers, and
 //! either its answer is right or it reports that there is none.
 
-use cpu_time::ThreadTime;
+use slipmap_map::clock::thread_time;
 use slipmap::certify::Guarantee;
 use slipmap::column::{Method, Verdict};
 use slipmap::flow::Fate;
@@ -66,11 +66,11 @@ fn point(random: &mut Random, law: &Law) -> Point {
 
 /// Runs all computations; returns the problem, if any, and the processor time.
 fn ask(law: &Law, point: &Point) -> (Option<String>, f64) {
-    let start = ThreadTime::now();
+    let start = thread_time();
     let answer = Answer::of(law, point, TOLERANCE, Method::all());
     let direct = witness::flow(&answer.oscillator, TOLERANCE);
     let probe = Probe::new(&answer, &direct);
-    let seconds = start.elapsed().as_secs_f64();
+    let seconds = (thread_time() - start).as_secs_f64();
     std::hint::black_box(probe);
     let truth = match direct.fate {
         Fate::Sticks(_) => Some(Verdict::Present),
