@@ -376,25 +376,28 @@ impl Curve {
     }
 
     /// The weakening rate averaged over the grazing circle v = V cos t with weight sin^2 t / pi: the energy
-    /// that friction supplies in one turn, in units of that dissipated by unit damping eps c.
+    /// that friction supplies in one turn, in units of that dissipated by unit damping eps c. NaN where the data of a law
+    /// end below 2 V.
     #[must_use]
     pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        self.mean_weakening_with_error(belt_speed)[0]
+    }
+
+    /// [`Curve::mean_weakening`], and how far it may be from that of the law, rounding apart; infinite where that is not known.
+    pub fn mean_weakening_with_error(&self, belt_speed: f64) -> [f64; 2] {
         if let Some(law) = self.form.closed() {
-            return law.mean_weakening(belt_speed);
+            return [law.mean_weakening(belt_speed), 0.0];
         }
         match &self.form {
-            Form::Table(law) => law.mean_weakening(belt_speed),
-            _ => {
-                let weakening = self.compiled(4.0 * belt_speed);
-                mean::mean_weakening(|u| weakening.at(u), belt_speed)
-            }
+            Form::Table(law) => [law.mean_weakening(belt_speed), 0.0],
+            _ => self.compiled(4.0 * belt_speed).mean(belt_speed),
         }
     }
 
     /// [`Curve::mean_weakening`] of a law that need not be compiled: for laws of which many are compared at one
     /// belt speed each.
     pub fn mean_weakening_of_many(&self, belt_speed: f64) -> f64 {
-        match self.has_known_features() {
+        match self.form.closed().is_some() || self.table().is_some() {
             true => self.mean_weakening(belt_speed),
             false => mean::of_formula(|u| self.weakening(u), belt_speed),
         }
@@ -403,12 +406,9 @@ impl Curve {
     /// About [`Curve::mean_weakening`], for searches to begin with.
     pub fn rough_mean_weakening(&self, belt_speed: f64) -> f64 {
         match &self.form {
-            Form::Exponential(law) => mean::rough(|u| law.weakening(u), belt_speed),
+            Form::Exponential(law) => law.mean(belt_speed, 0),
             form if form.closed().is_some() || self.table().is_some() => self.mean_weakening(belt_speed),
-            _ => {
-                let weakening = self.compiled(4.0 * belt_speed);
-                mean::rough(|u| weakening.at(u), belt_speed)
-            }
+            _ => self.compiled(4.0 * belt_speed).rough_mean(belt_speed),
         }
     }
 
@@ -423,8 +423,10 @@ impl Curve {
         if let Some(epsilon) = self.small {
             // -F' = w / eps.
             let Range { lo, hi } = self.weakening_range(0.0, 2.0 * belt_speed);
+            let [mean, error] = self.mean_weakening_with_error(belt_speed);
             return Ok(FirstOrder {
-                mean_weakening: self.mean_weakening(belt_speed) / epsilon,
+                mean_weakening: mean / epsilon,
+                mean_error: error / epsilon,
                 weakening_range: Range { lo: lo / epsilon, hi: hi / epsilon },
             });
         }
@@ -436,8 +438,10 @@ impl Curve {
                     compile(&Form::Leading(law.clone()), &mut compiled.leading, 2.0 * belt_speed)
                 };
                 // By parts, (6) divided by pi V is the mean of -F1'.
+                let [mean_weakening, mean_error] = leading.mean(belt_speed);
                 Ok(FirstOrder {
-                    mean_weakening: mean::mean_weakening(|u| leading.at(u), belt_speed),
+                    mean_weakening,
+                    mean_error,
                     weakening_range: leading.range(0.0, 2.0 * belt_speed),
                 })
             }

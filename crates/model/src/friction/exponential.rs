@@ -84,6 +84,9 @@ pub(super) fn parameters_of(friction: &Fall, velocity: f64) -> LawParameters {
 /// -ln of the smallest normal number, 708.4, with an allowance for rounding.
 const FALLEN: f64 = 750.0;
 
+/// The power of the slip speed above which what is left of the fall, 4e-18, is below the rounding of a mean.
+const GONE: f64 = 40.0;
+
 /// A weakening rate that falls exponentially, for vectorised engines: with x = `rate` u it is `steepest exp(-x) - rise`, or
 /// `steepest 2 x exp(-x^2) - rise`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -202,6 +205,18 @@ impl Exponential {
         Jet(rest.map(|coefficient| coefficient + tiny))
     }
 
+    /// The slip speed at which the fall has come to exp(-`power`).
+    fn fallen(&self, power: f64) -> f64 {
+        power.powf(self.exponent.recip()) / self.rate
+    }
+
+    /// The mean weakening rate, see [`mean::about_peak`].
+    pub(super) fn mean(&self, belt_speed: f64, halvings: u32) -> f64 {
+        let falls = |u: f64| self.drop * self.rate * (self.exponent * self.rest(self.rate * u)[1]);
+        let end = |power| self.fallen(power).min(2.0 * belt_speed);
+        mean::about_peak(falls, end(1.0), end(GONE), belt_speed, halvings) - self.eta
+    }
+
     /// The weakening rate rises up to its maximum, at rest where the exponent is 1, and falls from there.
     pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         range_about_peak(|u| self.weakening(u), self.steepest / self.rate, lo, hi)
@@ -229,7 +244,11 @@ impl ClosedForm for Exponential {
     }
 
     fn mean_weakening(&self, belt_speed: f64) -> f64 {
-        mean::mean_weakening(|u| self.weakening(u), belt_speed)
+        // A fall over half of the circle or more, ten times faster.
+        if self.has_known_features() && self.fallen(GONE) >= belt_speed {
+            return mean::of_wide(|u| self.weakening(u), belt_speed);
+        }
+        self.mean(belt_speed, mean::HALVINGS)
     }
 
     fn cost(&self) -> u64 {

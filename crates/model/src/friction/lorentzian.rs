@@ -7,7 +7,7 @@
 use super::built_in::{BuiltIn, ClosedForm, ONSET, Strengthening, range_about_peak};
 use super::exponential::{PARAMETERS, falling_from_one, parameters_of};
 use super::family::Series;
-use super::{Gradient, Range, mean};
+use super::{Gradient, Range};
 use crate::point::LawParameters;
 use slipmap_numbers::jet::Real;
 
@@ -93,8 +93,14 @@ impl ClosedForm for Lorentzian {
         ONSET * self.rate.recip()
     }
 
+    /// By parts it is the mean of 2 phi(V - V cos t) cos t / V. With 1 / (1 + x^2) = Re 1 / (1 + i x), k = V / vs and
+    /// p + i q the root of 1 + 2 i k, that of 1 / (1 + i k - i k cos t) gives -4 Im 1 / (s (s + 1)^2), s = p + i q, which is
+    /// 2 q / (p^2 (2 p^2 - 1)), free of cancellation.
     fn mean_weakening(&self, belt_speed: f64) -> f64 {
-        mean::mean_weakening(|u| self.weakening(u), belt_speed)
+        let k = self.rate * belt_speed;
+        let square = 1.0_f64.hypot(2.0 * k);
+        let p = (0.5 * (1.0 + square)).sqrt();
+        2.0 * self.drop * self.rate * (k / square) / (p * p * p) - self.eta
     }
 }
 

@@ -163,6 +163,7 @@ impl ClosedForm for Stribeck {
         let at_rest = self.gamma * self.drop;
         Some(FirstOrder {
             mean_weakening: at_rest - 2.0 * self.beta * belt_speed,
+            mean_error: 0.0,
             weakening_range: Range { lo: at_rest - 4.0 * self.beta * belt_speed, hi: at_rest },
         })
     }

@@ -19,7 +19,7 @@
 mod compile;
 mod range;
 
-use super::{Form, Range};
+use super::{Form, Range, mean};
 use slipmap_numbers::interval::Interval;
 
 pub(super) use compile::{compile, compile_in_unit};
@@ -379,6 +379,32 @@ impl Weakening {
             width.max(0.0) * if error.is_finite() { error } else { estimate }
         };
         self.pieces_between(lo, hi).map(of).sum()
+    }
+
+    /// The mean of w over the grazing circle, see [`super::Curve::mean_weakening`], by its polynomials, and how far that of the
+    /// law may be from it, rounding apart: the mean of their distances, by samples where a law has no formula. NaN where the pieces end below twice the belt speed.
+    pub(super) fn mean(&self, belt_speed: f64) -> [f64; 2] {
+        let is_sampled = matches!(self.law, Form::Function(_) | Form::Custom(_));
+        let Some(ends) = self.ends_of_turn(belt_speed) else { return [f64::NAN; 2] };
+        let distance = |i: usize, _| {
+            let Piece { error, estimate, .. } = self.pieces[i];
+            // Samples miss what is narrower than a piece.
+            if is_sampled { estimate } else { error }
+        };
+        let mean = mean::between(ends, |i, u| self.pieces[i].at(u), belt_speed);
+        [mean, mean::rough(ends, distance, belt_speed)]
+    }
+
+    /// About the mean, for searches to begin with.
+    pub(super) fn rough_mean(&self, belt_speed: f64) -> f64 {
+        let ends = self.ends_of_turn(belt_speed);
+        ends.map_or(f64::NAN, |ends| mean::rough(ends, |i, u| self.pieces[i].at(u), belt_speed))
+    }
+
+    /// The ends of the pieces that meet the slip speeds of the grazing circle.
+    fn ends_of_turn(&self, belt_speed: f64) -> Option<&[f64]> {
+        let is_known = 2.0 * belt_speed <= self.reach();
+        is_known.then(|| &self.breaks[..=self.piece_of(2.0 * belt_speed) + 1])
     }
 
     /// The distance of the polynomials from the law for slip speeds in [`lo`, `hi`], up to the reach.
