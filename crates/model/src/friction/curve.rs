@@ -690,7 +690,7 @@ impl Ranges<'_> {
             Some(law) if hi <= law.reach() => law.highest(lo, hi),
             _ => match &self.curve.form {
                 // It falls with the slip speed. Its lower bound, half of the work, is not computed.
-                Form::Stribeck(law) => law.weakening(lo),
+                Form::Stribeck(law) => law.bounds(lo).hi,
                 _ => self.curve.weakening_range(lo, hi).hi,
             },
         }

@@ -35,7 +35,7 @@ pub const COUNT: usize = 12;
 /// The distance of the polynomials from the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Accuracy {
-    /// A proved bound, round-off included.
+    /// A proved bound, round-off included; see [`Weakening::error`] for the first piece of a power of the slip speed.
     Proved(f64),
     /// An estimate by comparison at some slip speeds.
     Sampled(f64),
@@ -412,18 +412,18 @@ impl Weakening {
     /// Next to rest a power of the slip speed that is not whole has a distance which does not fall to the rounding
     /// errors, however short the first piece, [0, h]. As C moves by the mean of the distance over a turn with the weight
     /// sin^2 th, and th moves at least by the square root of 2 h / V while the slip speed passes h, a first piece of
-    /// almost no length counts as far as it moves C: the mean over it is less than 2 h / V of the distance, and the
-    /// reach is at most 8 V.
+    /// almost no length counts as far as it moves C, and so do all others together: the mean over it is less than 2 h / V of
+    /// the distance, and the reach is at most 8 V.
     #[must_use]
     pub fn error(&self, lo: f64, hi: f64) -> Accuracy {
         let [lo, hi] = [lo, hi].map(|u| u.clamp(0.0, self.reach()));
         let share = self.breaks[1] / self.reach();
         let share = if share < NO_LENGTH { 16.0 * share } else { 1.0 };
         let largest = |of: fn(&Piece) -> f64| {
-            let pieces = self.pieces_between(lo, hi);
-            let weighed =
-                pieces.map(|i| if i == 0 { share * of(&self.pieces[0]) } else { of(&self.pieces[i]) });
-            weighed.fold(0.0, f64::max)
+            let (first, pieces) = (&self.pieces[0], self.pieces_between(lo, hi));
+            let of_first = if *pieces.start() == 0 { share * of(first) } else { 0.0 };
+            let of_others = pieces.filter(|i| *i > 0).map(|i| of(&self.pieces[i])).fold(0.0, f64::max);
+            if share < 1.0 { of_first + of_others } else { of_first.max(of_others) }
         };
         match largest(|piece| piece.error) {
             proved if proved.is_finite() => Accuracy::Proved(proved),
