@@ -12,7 +12,6 @@
 use std::hint::black_box;
 use std::process::ExitCode;
 
-use slipmap_map::clock::thread_time;
 use pulp::{Arch, Simd, WithSimd};
 use slipmap::certify;
 use slipmap::column::critical::critical_dampings;
@@ -21,6 +20,7 @@ use slipmap::friction::{Column, Law};
 use slipmap::orbits::return_map::{Turn, turns};
 use slipmap::point::{Point, ScaledGroups};
 use slipmap::witness;
+use slipmap_map::clock::thread_time;
 use slipmap_numbers::random::Random;
 
 /// The tolerance of maps.

@@ -1,7 +1,6 @@
 //! Every computation at a point has a budget of work: it ends even at the ends of the range of numbers, and
 //! either its answer is right or it reports that there is none.
 
-use slipmap_map::clock::thread_time;
 use slipmap::certify::Guarantee;
 use slipmap::column::{Method, Verdict};
 use slipmap::flow::Fate;
@@ -9,6 +8,7 @@ use slipmap::friction::{Law, Table};
 use slipmap::point::Point;
 use slipmap::probe::{Answer, Probe};
 use slipmap::witness;
+use slipmap_map::clock::thread_time;
 
 use crate::sample::{Random, Sampling, formula};
 

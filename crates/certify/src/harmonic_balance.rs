@@ -38,14 +38,14 @@ pub const TEST: Test = Test {
 };
 
 fn claim(column: &Column) -> Claim {
-    let mut mean = column.curve.mean_weakening(column.belt_speed);
+    let [mut mean, error] = column.curve.mean_weakening_with_error(column.belt_speed);
     let drop = column.curve.drop();
     if drop > 0.0 {
         mean += (drop / column.belt_speed).powi(2).ln_1p() / std::f64::consts::TAU;
     }
     Claim {
-        present_below: presence_edge(column, mean),
-        absent_above: absence_edge(column, mean),
+        present_below: presence_edge(column, mean - error),
+        absent_above: absence_edge(column, mean + error),
         ..Claim::NOTHING
     }
 }

@@ -34,6 +34,9 @@ pub const TEST: Test = Test {
 
 fn claim(column: &Column) -> Claim {
     let Ok(first_order) = column.first_order() else { return Claim::NOTHING };
-    let edge = first_order.mean_weakening;
-    Claim { present_below: edge, absent_above: edge, ..Claim::NOTHING }
+    let (edge, error) = (first_order.mean_weakening, first_order.mean_error);
+    if edge.is_nan() {
+        return Claim::NOTHING;
+    }
+    Claim { present_below: edge - error, absent_above: edge + error, ..Claim::NOTHING }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
-use super::units::{Match, compare, conversion, converted, with_unit};
+use super::units::{Match, compare, conversion, converted, meant, with_unit};
 use super::{axis, choice, fitted, law, nearest, refuse_unknown_keys};
 use slipmap_machine::risk::{Spread, Uncertain};
 use slipmap_machine::{
@@ -477,7 +477,10 @@ impl<'a> Reader<'a> {
             Match::Unknown => {
                 let remedy = match unit.strip_prefix(',') {
                     Some(decimals) => format!("write decimals with a point: {number}.{decimals}"),
-                    None => format!("write the number in {si}"),
+                    None => format!(
+                        "write {}",
+                        meant(unit, wanted).unwrap_or_else(|| format!("the number in {si}"))
+                    ),
                 };
                 Err(node.error(&format!("the unit {unit} is not known"), remedy))
             }

@@ -12,7 +12,7 @@ use csv::{ByteRecord, ReaderBuilder};
 use super::law::point_into;
 use super::nearest;
 use super::source::{ConfigError, decimal_comma};
-use super::units::{Match, bracketed, compare, conversion, converted, has_unit};
+use super::units::{Match, bracketed, compare, conversion, converted, has_unit, meant};
 use slipmap_machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
 use slipmap_model::friction::{Law, PointError};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
@@ -423,7 +423,10 @@ fn factor_of(
         }
         Match::Factor(_) | Match::Other | Match::Unknown => Err((
             format!("{read}, and the header says `{unit}`"),
-            "convert the column, or correct the header".into(),
+            match meant(unit, wanted).filter(|meant| meant != unit) {
+                Some(meant) => format!("write {meant}"),
+                None => "convert the column, or correct the header".into(),
+            },
         )),
     }
 }

@@ -25,7 +25,7 @@ impl Unit {
 }
 
 /// Units with a name of their own: their names, their size in SI and their exponents.
-const NAMED: [(&[&str], f64, Exponents); 25] = [
+const NAMED: [(&[&str], f64, Exponents); 29] = [
     (&["m", "metre", "metres", "meter", "meters"], 1.0, [0, 1, 0, 0]),
     (&["s", "sec", "second", "seconds"], 1.0, [0, 0, 1, 0]),
     (&["g", "gram", "grams"], 1e-3, [1, 0, 0, 0]),
@@ -50,13 +50,17 @@ const NAMED: [(&[&str], f64, Exponents); 25] = [
     (&["Pa", "pascal", "pascals"], 1.0, [1, -1, -2, 0]),
     (&["bar"], 1e5, [1, -1, -2, 0]),
     (&["psi"], 6_894.757_293_168_36, [1, -1, -2, 0]),
+    (&["ksi"], 6_894_757.293_168_36, [1, -1, -2, 0]),
+    (&["atm"], 101_325.0, [1, -1, -2, 0]),
+    (&["kip", "kips", "klbf"], 4_448.221_615_260_5, [1, 1, -2, 0]),
+    (&["krpm"], std::f64::consts::TAU / 0.06, [0, 0, -1, 1]),
     // A damping of rotations, not newton-milliseconds.
     (&["Nms"], 1.0, [1, 2, -1, 0]),
 ];
 
 /// The units that may have prefixes.
-const PREFIXED: [&str; 7] = ["m", "s", "g", "N", "rad", "Hz", "Pa"];
-const PREFIXES: [(&str, f64); 10] = [
+const PREFIXED: [&str; 8] = ["m", "s", "g", "N", "rad", "Hz", "Pa", "bar"];
+const PREFIXES: [(&str, f64); 11] = [
     ("da", 10.0),
     ("n", 1e-9),
     ("u", 1e-6),
@@ -66,15 +70,20 @@ const PREFIXES: [(&str, f64); 10] = [
     ("c", 1e-2),
     ("d", 0.1),
     ("k", 1e3),
+    // No other prefix is meant.
+    ("K", 1e3),
     ("M", 1e6),
 ];
 
+/// The unit of a name. Words such as rpm, which no prefix begins, may be in capitals.
 fn named(symbol: &str) -> Option<Unit> {
-    let of = NAMED.iter().find(|(names, ..)| names.contains(&symbol));
+    let is_word = |name: &str| name.len() > 2 && name.bytes().all(|c| c.is_ascii_lowercase());
+    let is_it = |name: &&str| *name == symbol || is_word(name) && name.eq_ignore_ascii_case(symbol);
+    let of = NAMED.iter().find(|(names, ..)| names.iter().any(|name| is_it(name)));
     of.map(|&(_, factor, exponents)| Unit { factor, exponents })
 }
 
-/// The unit of a symbol without spaces: a name, a prefix and a name, or products written together, as Nm and
+/// The unit of a symbol without spaces: a name, a prefix and a name, or products written together, as Nm, mNm and
 /// Ns.
 fn symbol(text: &str) -> Option<Unit> {
     let prefixed = || {
@@ -83,12 +92,46 @@ fn symbol(text: &str) -> Option<Unit> {
             named(base).map(|base| Unit { factor: factor * base.factor, ..base })
         })
     };
+    // A force or a mass before another unit.
     let together = || {
-        let (first, rest) =
-            ["kg", "kN", "N"].iter().find_map(|first| Some((first, text.strip_prefix(first)?)))?;
-        (!rest.is_empty()).then(|| Some(symbol(first)?.times(symbol(rest)?, 1)))?
+        let end = text.find(['N', 'g'])? + 1;
+        let (first, rest) = text.split_at(end);
+        let is_first = first == "kg" || first == "N" || first.ends_with('N') && first.chars().count() <= 3;
+        (is_first && !rest.is_empty()).then(|| Some(symbol(first)?.times(symbol(rest)?, 1)))?
     };
     named(text).or_else(prefixed).or_else(together)
+}
+
+/// The spellings of known symbols that differ from this one by capitals alone.
+fn spellings(text: &str) -> Vec<String> {
+    let names = NAMED.iter().flat_map(|(names, ..)| names.iter().map(|name| (*name).to_owned()));
+    let prefixed = PREFIXES.iter().flat_map(|(prefix, _)| PREFIXED.map(|base| format!("{prefix}{base}")));
+    let together = ["kg", "mN", "kN", "MN", "N"].into_iter().flat_map(|first| {
+        let rest = text.get(..first.len()).filter(|start| start.eq_ignore_ascii_case(first));
+        let rest = rest.map_or("", |_| &text[first.len()..]);
+        let rest = if rest.is_empty() { Vec::new() } else { spellings(rest) };
+        rest.into_iter().map(move |rest| format!("{first}{rest}"))
+    });
+    let all = names.chain(prefixed).filter(|known| known.eq_ignore_ascii_case(text));
+    all.chain(together).filter(|known| !known.starts_with('K')).collect()
+}
+
+/// The unit of the `wanted` kind that differs from an unknown one by capitals alone: m/s for M/s.
+pub(super) fn meant(text: &str, wanted: &str) -> Option<String> {
+    /// Number of combinations of spellings that are tried.
+    const MOST: usize = 64;
+    let is_letter = |c: char| c.is_alphabetic();
+    let mut found = vec![String::new()];
+    for word in text.split_inclusive(|c| !is_letter(c)).flat_map(|word| {
+        let end = word.find(|c| !is_letter(c)).unwrap_or(word.len());
+        <[&str; 2]>::from(word.split_at(end))
+    }) {
+        let of_word = if word.starts_with(is_letter) { spellings(word) } else { vec![word.to_owned()] };
+        found =
+            found.iter().flat_map(|start| of_word.iter().map(move |word| format!("{start}{word}"))).collect();
+        found.truncate(MOST);
+    }
+    found.into_iter().find(|text| matches!(compare(text, wanted), Match::Same | Match::Factor(_)))
 }
 
 /// Reads a unit; `None` if it is not known.
@@ -118,12 +161,9 @@ fn read(text: &str) -> Option<Unit> {
     if plain.is_empty() || plain == "-" {
         return (plain == "-").then_some(NONE);
     }
-    // If the text is not a unit as written, it is tried in lower case.
-    [plain.clone(), plain.to_lowercase()].into_iter().find_map(|plain| {
-        let mut rest = plain.as_str();
-        let unit = product(&mut rest)?;
-        rest.is_empty().then_some(unit)
-    })
+    let mut rest = plain.as_str();
+    let unit = product(&mut rest)?;
+    rest.is_empty().then_some(unit)
 }
 
 /// Reads factors until the end or a closing parenthesis.
@@ -205,9 +245,11 @@ pub(super) fn compare(text: &str, wanted: &str) -> Match {
     let same = without_angle(unit.exponents) == without_angle(wanted_unit.exponents)
         && (unit.exponents[3] == wanted_unit.exponents[3] || is_force && unit.exponents[3] == 0);
     let ratio = unit.factor / wanted_unit.factor;
+    // 1/s may be meant as rad/s: that it is read as cycles is told.
+    let is_told = wanted == "Hz" && !text.to_lowercase().contains('h');
     match same {
         false => Match::Other,
-        true if (ratio - 1.0).abs() < 1e-9 => Match::Same,
+        true if (ratio - 1.0).abs() < 1e-9 && !is_told => Match::Same,
         true => Match::Factor(ratio),
     }
 }
@@ -239,7 +281,10 @@ pub fn number_in<'a>(text: &'a str, si: &str) -> Result<(f64, &'a str), String> 
         Match::Other => {
             Err(format!("{unit} is no unit of it; write it in {si}, or in a unit of the same kind"))
         }
-        Match::Unknown => Err(format!("the unit {unit} is not known")),
+        Match::Unknown => Err(match meant(unit, si) {
+            Some(meant) => format!("the unit {unit} is not known; write {meant}"),
+            None => format!("the unit {unit} is not known"),
+        }),
     }
 }
 
@@ -294,7 +339,11 @@ pub(super) fn in_words(header: &str, wanted: &str) -> Option<String> {
     let forces: [Exponents; 2] = [[1, 1, -2, 0], [1, 2, -2, 0]];
     let is_speed = Motion::ALL.map(|motion| motion.unit(Dimension::Velocity)).contains(&wanted);
     let kinds = if is_speed { speeds } else { forces };
-    let is_meant = |text: &str| read(text).is_some_and(|unit| kinds.contains(&unit.exponents));
+    // A quotient in other capitals is one, to be refused.
+    let is_meant = |text: &str| match read(text) {
+        Some(unit) => kinds.contains(&unit.exponents),
+        None => text.contains('/') && meant(text, wanted).is_some(),
+    };
     let three = words.windows(3).filter(|of| of[1] == "per").map(|of| format!("{}/{}", of[0], of[2]));
     let two =
         words.windows(2).filter(|of| is_speed && of[0] != "in").map(|of| format!("{}/{}", of[0], of[1]));
@@ -309,7 +358,7 @@ mod tests {
     #[test]
     fn units_are_read_in_every_usual_spelling() {
         let speed = Motion::Translation.unit(Dimension::Velocity);
-        for text in ["m/s", "m s^-1", "m.s-1", "m·s⁻¹", "m*s**-1", "m per s", "mps", "M/S", "m/sec", "m/(s)"]
+        for text in ["m/s", "m s^-1", "m.s-1", "m·s⁻¹", "m*s**-1", "m per s", "mps", "MPS", "m/sec", "m/(s)"]
         {
             assert_eq!(compare(text, speed), Match::Same, "{text}");
         }
@@ -339,6 +388,54 @@ mod tests {
         assert_eq!(compare("1/s", turning), Match::Other);
         assert_eq!(compare("%", ""), Match::Factor(0.01));
         assert_eq!(compare("-", ""), Match::Same);
+    }
+
+    /// Prefixes have their case: a spelling that is none is refused, with the one that was meant.
+    #[test]
+    fn capitals_are_not_guessed() {
+        let of = |dimension: Dimension| Motion::Translation.unit(dimension);
+        for (text, wanted, spelling) in [
+            ("M/s", of(Dimension::Velocity), "m/s"),
+            ("MM/S", of(Dimension::Velocity), "mm/s"),
+            ("T", of(Dimension::Mass), "t"),
+            ("kG", of(Dimension::Mass), "kg"),
+            ("NM", Motion::Rotation.unit(Dimension::Force), "Nm"),
+            ("n", of(Dimension::Force), "N"),
+            ("hz", "Hz", "Hz"),
+            ("n s/M", of(Dimension::Damping), "N s/m"),
+        ] {
+            assert_eq!(compare(text, wanted), Match::Unknown, "{text}");
+            assert_eq!(meant(text, wanted).as_deref(), Some(spelling), "{text}");
+        }
+        assert_eq!(meant("furlongs/week", "m/s"), None);
+        assert_eq!(number_in("1 M/s", "m/s").unwrap_err(), "the unit M/s is not known; write m/s");
+        // No other prefix is meant, and no prefix.
+        assert_eq!(compare("KN", of(Dimension::Force)), Match::Factor(1e3));
+        assert_eq!(compare("Kg", of(Dimension::Mass)), Match::Same);
+        assert!(matches!(compare("RPM", Motion::Rotation.unit(Dimension::Velocity)), Match::Factor(_)));
+    }
+
+    #[test]
+    fn forces_pressures_and_speeds_of_practice_are_known() {
+        let [force, torque] = [Motion::Translation, Motion::Rotation].map(|it| it.unit(Dimension::Force));
+        let speed = Motion::Rotation.unit(Dimension::Velocity);
+        for (text, wanted, factor) in [
+            ("mNm", torque, 1e-3),
+            ("uN", force, 1e-6),
+            ("kip", force, 4448.2216152605),
+            ("klbf", force, 4448.2216152605),
+            ("mbar", "Pa", 100.0),
+            ("atm", "Pa", 101_325.0),
+            ("ksi", "Pa", 6_894_757.293_168),
+            ("krpm", speed, 104.719_755_119_66),
+        ] {
+            let Match::Factor(found) = compare(text, wanted) else { panic!("{text}") };
+            assert!((found / factor - 1.0).abs() < 1e-12, "{text}: {found}");
+        }
+        // Said, since rad/s may be meant.
+        assert_eq!(compare("1/s", "Hz"), Match::Factor(1.0));
+        assert_eq!(compare("Hz", "Hz"), Match::Same);
+        assert_eq!(conversion("1/s", 1.0, "Hz"), "1 1/s is 1 Hz");
     }
 
     #[test]
@@ -393,6 +490,7 @@ mod tests {
             ("speed in mm/s", Some("mm/s")),
             ("rpm", Some("rpm")),
             ("slip speed in s", None),
+            ("U_MM_S", Some("MM/S")),
             ("u", None),
             ("v_rel", None),
         ] {
@@ -401,5 +499,6 @@ mod tests {
         let force = Motion::Translation.unit(Dimension::Force);
         assert_eq!(in_words("F_kN", force).as_deref(), Some("kN"));
         assert_eq!(in_words("mu_k", force), None);
+        assert_eq!(in_words("F_n", force), None);
     }
 }

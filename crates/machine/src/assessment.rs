@@ -360,6 +360,27 @@ mod tests {
         }
     }
 
+    /// Next to a limit of a quantity both steps are on the side that is legal. The derivatives that one orbit has are others.
+    #[test]
+    fn sensitivities_next_to_limits_are_those_of_the_orbit() {
+        for exponent in [1.0, 1.000_05, 7.0, 100.0] {
+            let machine = machine(&Law::Stretched).with("exponent", exponent).unwrap();
+            let found = sensitivities(&machine);
+            let found = found.iter().find(|it| it.quantity == "exponent").unwrap();
+            let Model { law, point, .. } = machine.model().unwrap();
+            let of_orbit = slipmap_column::sensitivity::sensitivity(&law.column(&point)).unwrap();
+            let (_, by_exponent) = of_orbit.named(&law).find(|(name, _)| *name == "exponent").unwrap();
+            let expected = exponent * by_exponent.value / of_orbit.critical.c;
+            let off = (found.critical_damping - expected).abs();
+            assert!(off <= found.critical_damping_error, "{exponent}: {found:?} {expected}");
+        }
+        // Kinetic friction that is all but static: a step of either leads beyond the other.
+        let static_friction = machine(&Law::Stretched).friction.at_rest();
+        let equal =
+            machine(&Law::Stretched).with("kinetic_friction", static_friction * (1.0 - 1e-5)).unwrap();
+        sensitivities(&equal);
+    }
+
     #[test]
     fn influence_predicts_what_a_change_of_the_law_does() {
         // The weakening of the exponential law is (mu_s - mu_k) / v_s exp(-u / v_s): its derivative by mu_k

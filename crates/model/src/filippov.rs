@@ -86,11 +86,11 @@ pub struct HopfRate<'a> {
     curve: &'a Curve,
     belt_speed: f64,
     rate: f64,
-    /// Largest rate on orbits about the equilibrium.
+    /// Size of the rates in means over orbits about the equilibrium.
     scale: f64,
 }
 
-/// Divergences below this share of the largest on an orbit are lost in the rounding of the others.
+/// Divergences below this share of the rate and the damping are lost in the rounding of these.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Divergences above this, in units of the rates and forces on an orbit, are above all rounding errors.
 const CLEAR: f64 = 1e-6;
@@ -105,7 +105,7 @@ impl<'a> HopfRate<'a> {
     /// What small disturbances do at eps c = `viscous`.
     pub fn stability(&self, viscous: f64) -> Stability {
         let divergence = self.rate - viscous;
-        let is_noise = || divergence.abs() <= self.rounding() + ROUNDING * viscous.abs();
+        let is_noise = || divergence.abs() <= self.rounding_here() + ROUNDING * viscous.abs();
         if divergence.abs() <= CLEAR * (self.scale + viscous.abs() + 1.0 + self.belt_speed.recip())
             && is_noise()
         {
@@ -117,10 +117,21 @@ impl<'a> HopfRate<'a> {
         }
     }
 
-    /// Size up to which the rate, or its mean over an orbit, is not distinguishable from 0: a few of the smallest numbers
-    /// where friction is flat, whose bounds are rounded outwards.
+    /// Size up to which the mean of the rate over an orbit is not distinguishable from 0.
     pub fn rounding(&self) -> f64 {
-        let rounding = ROUNDING * self.scale + self.curve.weakening_rounding(self.belt_speed);
+        self.rounding_of(self.scale)
+    }
+
+    /// Size up to which the rate is not distinguishable from 0. What is known of the rounding of a law that a program gives
+    /// is the size of its rates.
+    fn rounding_here(&self) -> f64 {
+        self.rounding_of(if self.curve.is_sampled() { self.scale } else { self.rate.abs() })
+    }
+
+    /// The rounding of a rate or a mean of that size: a few of the smallest numbers where friction is flat, whose bounds are
+    /// rounded outwards.
+    fn rounding_of(&self, size: f64) -> f64 {
+        let rounding = ROUNDING * size + self.curve.weakening_rounding(self.belt_speed);
         rounding.max(8.0 * f64::MIN_POSITIVE)
     }
 
@@ -279,6 +290,43 @@ impl Oscillator {
             // The larger root without cancellation; the product of the roots is 1.
             let fast = 0.5 * (d + d.signum() * ((d - 2.0) * (d + 2.0)).sqrt());
             Eigenvalues::Real { slow: 1.0 / fast, fast }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::Expression;
+    use crate::point::LawParameters;
+
+    /// The rounding that counts is that of the divergence, whatever the rates elsewhere; where D(V) is the difference of large
+    /// terms, or flat friction is undamped, there is no sign.
+    #[test]
+    fn the_sign_of_the_divergence_counts_not_the_rates_elsewhere() {
+        let built_in = |law: Law, parameters: &[f64]| law.curve(1.0, &LawParameters::new(parameters));
+        let formula = |text: &str| {
+            Law::Expression(Expression::new(text, 1.0).unwrap()).curve(1.0, &LawParameters::new(&[]))
+        };
+        for (curve, viscous, expected) in [
+            // Nothing is left of the fall: D(V) = -eps c.
+            (built_in(Law::Exponential, &[0.5, 1e-12, 0.0]), 3e-4, Stability::Attracts),
+            (built_in(Law::Exponential, &[0.5, 1e-12, 0.0]), 1e-200, Stability::Attracts),
+            (built_in(Law::Exponential, &[0.5, 1e-12, 0.0]), 0.0, Stability::Neutral),
+            (formula("0.5 + 0.5*exp(-u/1e-9)"), 1e-9, Stability::Attracts),
+            // 1e12 / 2 / (1 + 1e12)^2 = 5e-13.
+            (built_in(Law::Stribeck, &[0.5, 0.0, 1e12]), 5.1e-13, Stability::Attracts),
+            (built_in(Law::Stribeck, &[0.5, 0.0, 1e12]), 4.9e-13, Stability::Repels),
+            // 1e-8 / (1 + 1e-16)^2, less a damping that is the same to 16 digits.
+            (built_in(Law::Lorentzian, &[0.5, 1e-4, 0.0]), 0.99999998e-8, Stability::Neutral),
+            (built_in(Law::Lorentzian, &[0.5, 1e-4, 0.0]), 0.999999e-8, Stability::Repels),
+            // 1e6 - 1e6 + 1e-12.
+            (formula("1 - 1e6*u + 1e6*sin(u)/cos(1) - 1e-12*u"), 0.0, Stability::Neutral),
+            (formula("1 - 0.5*u"), 0.5, Stability::Neutral),
+            (formula("1 - 0.5*u"), 0.5 + 1e-14, Stability::Attracts),
+        ] {
+            let found = HopfRate::new(&curve, 1.0).stability(viscous);
+            assert_eq!(found, expected, "{curve:?} {viscous:e}");
         }
     }
 }

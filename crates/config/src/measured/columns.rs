@@ -1,6 +1,6 @@
 //! What the columns of measured data are: by the names and units in the header, else by their order.
 
-use super::super::units::{Match, bracketed, compare, in_words};
+use super::super::units::{Match, bracketed, compare, in_words, meant};
 use super::{OfMachine, Refused};
 use slipmap_machine::{Dimension, Motion};
 
@@ -238,7 +238,9 @@ fn factor(field: &str, what: &str, wanted: &str) -> Result<(f64, String), (Strin
             };
             let problem = match of {
                 Match::Unknown => {
-                    format!("the header says `{field}`, and `{unit}` is no unit that is known")
+                    let meant =
+                        meant(&unit, wanted).map_or(String::new(), |meant| format!(", as {meant} is"));
+                    format!("the header says `{field}`, and `{unit}` is no unit that is known{meant}")
                 }
                 _ => format!("the header says that {what} {is} in {unit}"),
             };

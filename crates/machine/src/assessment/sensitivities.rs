@@ -34,8 +34,8 @@ const LARGEST_ERROR: f64 = 0.01;
 /// Logarithmic derivatives of the critical damping with respect to each nonzero quantity of a machine, except
 /// its damping; without those for which no critical damping is known next to the machine.
 ///
-/// The error is that of the critical dampings over the step, and the difference of the differences on either
-/// side: far more than the error of the central one where the critical damping is smooth, and its own at a corner.
+/// The error is that of the critical dampings over the step, and the difference of the two differences, on either
+/// side or, next to a limit of the quantity, on one: far more than the error of their slope where the critical damping is smooth, and its own at a corner.
 pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
     sensitivities_to(machine, |_| true)
 }
@@ -51,12 +51,21 @@ pub fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool) -> Vec
     let here = ACCURACIES_AND_STEPS.map(|(accuracy, _)| critical(machine, accuracy));
     let derivative = |(quantity, value): (&'static str, f64)| {
         let by = |((accuracy, step), here): ((f64, f64), Option<[f64; 2]>)| {
-            let [here, _] = here?;
-            let at = |factor: f64| critical(&machine.with(quantity, value * factor)?, accuracy);
-            let [[above, error_above], [below, error_below]] = [at(1.0 + step)?, at(1.0 - step)?];
-            let value = (above - below) / (2.0 * step * here);
-            let sides = ((above - here) - (here - below)) / (step * here);
-            let error = (error_above + error_below) / (2.0 * step * here) + sides.abs();
+            let [here, error_here] = here?;
+            let moved =
+                |steps: f64| machine.with(quantity, value * (1.0 + steps * step)).filter(Machine::is_legal);
+            // Next to a limit of the quantity both are on the side that is legal.
+            let sides = [[1.0, -1.0], [1.0, 2.0], [-1.0, -2.0]];
+            let ([a, b], [at_a, at_b]) =
+                sides.into_iter().find_map(|[a, b]| Some(([a, b], [moved(a)?, moved(b)?])))?;
+            let [[at_a, error_a], [at_b, error_b]] = [critical(&at_a, accuracy)?, critical(&at_b, accuracy)?];
+            let [slope_a, slope_b] = [(at_a - here) / a, (at_b - here) / b];
+            // The slope of the parabola through the three.
+            let value = (b * slope_a - a * slope_b) / ((b - a) * step * here);
+            let of_a_and_b = (b / a).abs() * error_a + (a / b).abs() * error_b;
+            let of_three = of_a_and_b + (b / a - a / b).abs() * error_here;
+            let sides = 2.0 * (slope_a - slope_b) / (b - a);
+            let error = of_three / ((b - a).abs() * step * here) + (sides / (step * here)).abs();
             let is_known = error <= LARGEST_ERROR * value.abs().max(1.0);
             Some(Sensitivity {
                 quantity,

@@ -214,7 +214,8 @@ pub(crate) fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) ->
     let reason = (decision == Decision::Undecided).then(|| {
         why_inapplicable(method, claim, column).unwrap_or_else(|| {
             let reason = why_undecided(claim, c);
-            why_not_sharp(method, column).map_or(reason.clone(), |obstacle| format!("{reason}; {obstacle}"))
+            why_not_sharp(method, claim, column)
+                .map_or(reason.clone(), |obstacle| format!("{reason}; {obstacle}"))
         })
     });
     MethodAnswer {
@@ -238,7 +239,13 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
         );
     }
     match method.guarantee() {
-        Guarantee::Asymptotic => column.first_order().err().map(|why| why.to_string()),
+        Guarantee::Asymptotic => {
+            let is_first_order = matches!(method, Method::Test(test) if test.first_order);
+            let no_first_order = is_first_order.then(|| column.first_order().err()).flatten();
+            let is_unknown = || column.curve.mean_weakening(column.belt_speed).is_nan();
+            let unknown = "the friction law is not known at all slip speeds up to 2 V";
+            no_first_order.map(|why| why.to_string()).or_else(|| is_unknown().then(|| unknown.into()))
+        }
         Guarantee::Validated => any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
             .then(|| "the friction law has no proved bounds at all slip speeds up to 2 V".into()),
@@ -246,8 +253,14 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
     }
 }
 
-/// The reason why a proof, of a law other than Stribeck's, claims less than there is.
-fn why_not_sharp(method: Method, column: &Column) -> Option<String> {
+/// The reason why a proof, of a law other than Stribeck's, claims less than there is, or a balance of energy leaves a band.
+fn why_not_sharp(method: Method, claim: &Claim, column: &Column) -> Option<String> {
+    if method.guarantee() == Guarantee::Asymptotic {
+        // Its two edges differ by the error of the balance of energy.
+        let error = 0.5 * (claim.absent_above - claim.present_below);
+        let told = |error| format!("the balance of energy is known to +- {} only", short(error));
+        return (error > 0.0 && error.is_finite()).then(|| told(error));
+    }
     let is_of_any_law = method.guarantee() == Guarantee::Validated && column.curve.stribeck().is_none();
     is_of_any_law.then(|| any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()))?
 }
@@ -361,6 +374,7 @@ fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use slipmap_model::friction::{Expression, Table};
 
     /// The proof of a steep fall behind a drop: what it does not decide has no margin of presence, and its reason.
     #[test]
@@ -373,6 +387,27 @@ mod tests {
         assert!(*verdict == Verdict::Undecided && !(*margin > 0.0), "{verdict:?} {margin}");
         let reason = reason.as_deref().unwrap();
         assert!(reason.contains("the divergence is so large"), "{reason}");
+    }
+
+    /// Of a law with more waves than pieces the balance of energy has no sign; of data that end there is none.
+    #[test]
+    fn a_balance_that_is_not_known_says_so() {
+        let waves = Law::Expression(Expression::new("1 - 0.001*sin(30000*u)", 1.0).unwrap());
+        let table = Law::Table(Table::new("short", &[(0.0, 1.0), (0.5, 0.8), (1.5, 0.7)], 1.0).unwrap());
+        for (law, said) in
+            [(waves, "the balance of energy is known to +- "), (table, "not known at all slip")]
+        {
+            let point = law.point(1.0, &[], 1.0, 0.1).unwrap();
+            let column = law.column(&point);
+            let answer = of_test(
+                Method::by_name("harmonic_balance").unwrap(),
+                &slipmap_certify::harmonic_balance::TEST.claim(&column),
+                &column,
+                0.1,
+            );
+            assert_eq!((answer.verdict, answer.critical_c), (Verdict::Undecided, None));
+            assert!(answer.reason.as_deref().unwrap().contains(said), "{:?}", answer.reason);
+        }
     }
 
     /// Orbits that are too close to call have margins within their errors, or beyond them, or none.

@@ -8,12 +8,28 @@ use crate::point::LawParameters;
 /// it an exponential falls by an eighth, which the first step of an integrator sees.
 pub(super) const ONSET: f64 = 0.125;
 
-/// The range over [`lo`, `hi`] of a weakening rate that rises up to its maximum, at the slip speed `peak`,
-/// and falls from there.
-pub(super) fn range_about_peak(weakening: impl Fn(f64) -> f64, peak: f64, lo: f64, hi: f64) -> Range {
-    let (a, b) = (weakening(lo), weakening(hi));
-    let top = if lo < peak && peak < hi { weakening(peak) } else { a.max(b) };
-    Range { lo: a.min(b), hi: top }
+/// Bounds over [`lo`, `hi`] of a weakening rate that rises up to its maximum, at the slip speed `peak`, and falls from
+/// there, by its bounds at one slip speed. A rounded `peak` has less than the maximum by the square of its rounding, which
+/// these exceed.
+pub(super) fn range_about_peak(bounds: impl Fn(f64) -> Range, peak: f64, lo: f64, hi: f64) -> Range {
+    let ends = bounds(lo).hull(bounds(hi));
+    if lo < peak && peak < hi { ends.hull(bounds(peak)) } else { ends }
+}
+
+/// More than what is lost where numbers are below the normal ones, each less than 5e-324, times the 750 that stand before an
+/// exponential there.
+const UNDERFLOW: f64 = 1e-10 * f64::MIN_POSITIVE;
+
+/// Bounds of `fall` - `rise`, as computed of a law with a fall that is wrong by at most `roundings` units in the last place,
+/// each 2^-52 of it, and a rise that is wrong by at most two: with the difference, and underflow, in units of `size`.
+pub(super) fn rounded(fall: f64, roundings: f64, rise: f64, size: f64) -> Range {
+    let value = fall - rise;
+    // Products with a factor of zero are exact.
+    if size == 0.0 && rise == 0.0 {
+        return Range { lo: value, hi: value };
+    }
+    let by = f64::EPSILON * (roundings * fall.abs() + 2.0 * rise.abs()) + UNDERFLOW * (1.0 + size);
+    Range { lo: value, hi: value }.widened(by)
 }
 
 /// A built-in law, defined in its own file.
@@ -109,7 +125,7 @@ pub(super) trait ClosedForm {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Law;
+    use super::super::{Law, Range};
     use crate::point::LawParameters;
 
     /// The claim is that of the weakening rate at equally spaced slip speeds.
@@ -125,6 +141,48 @@ mod tests {
             let falls = rates.windows(2).all(|pair| pair[1] <= pair[0]);
             let is_convex = rates.windows(3).all(|three| three[0] + three[2] >= 2.0 * three[1]);
             assert_eq!(curve.weakening_is_convex(), falls && is_convex, "{law:?}");
+        }
+    }
+
+    /// At one slip speed the bounds hold the exact value, which lies between these neighbouring numbers: from 40 digits.
+    #[test]
+    fn bounds_are_rounded_outwards() {
+        let holds = |range: Range, [below, above]: [f64; 2]| {
+            assert!(range.lo <= below && above <= range.hi, "{range:?} {below} {above}");
+            assert!(range.hi - range.lo <= 100.0 * f64::EPSILON * (1.0 + above.abs()), "{range:?}");
+        };
+        for (law, parameters, u, exact) in [
+            (Law::Stribeck, &[0.3, 0.1, 2.0][..], 0.7, [0.172_214_532_871_972_33, 0.172_214_532_871_972_36]),
+            (
+                Law::Exponential,
+                &[0.4, 0.1, 0.02],
+                0.7,
+                [-0.014_528_708_206_672_9, -0.014_528_708_206_672_899],
+            ),
+            (Law::Stretched, &[0.4, 0.3, 0.02, 7.0], 0.2, [1.139_210_323_273_748_5, 1.139_210_323_273_748_7]),
+            (
+                Law::Stretched,
+                &[0.4, 0.3, 0.02, 1.5],
+                0.7,
+                [0.109_773_543_362_877_95, 0.109_773_543_362_877_96],
+            ),
+            (Law::Lorentzian, &[0.4, 0.3, 0.02], 0.7, [0.204_732_461_355_529_14, 0.204_732_461_355_529_17]),
+        ] {
+            let curve = law.curve(0.5, &LawParameters::new(parameters));
+            holds(curve.weakening_range(u, u), exact);
+            assert!(curve.ranges(u).highest(u, u) >= exact[1]);
+            let even = curve.even_weakening_range(u);
+            match law {
+                Law::Stribeck => {
+                    holds(Range { hi: even.lo + 1e-15, ..even }, exact);
+                    assert!(even.hi >= 0.340_763_888_888_888_9, "{even:?}");
+                }
+                Law::Exponential => {
+                    holds(Range { hi: even.lo + 1e-15, ..even }, exact);
+                    assert!(even.hi >= 2.980_002_494_586_157, "{even:?}");
+                }
+                _ => {}
+            }
         }
     }
 }

@@ -29,11 +29,12 @@ impl Column {
     /// # Errors
     /// As [`Curve::first_order`].
     pub fn first_order(&self) -> Result<FirstOrder, NoFirstOrder> {
-        let FirstOrder { mean_weakening, weakening_range: Range { lo, hi } } =
+        let FirstOrder { mean_weakening, mean_error, weakening_range: Range { lo, hi } } =
             self.curve.first_order(self.belt_speed)?;
         let unit = self.unit;
         Ok(FirstOrder {
             mean_weakening: mean_weakening * unit,
+            mean_error: mean_error * unit,
             weakening_range: Range { lo: lo * unit, hi: hi * unit },
         })
     }

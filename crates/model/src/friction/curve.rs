@@ -159,11 +159,14 @@ impl Curve {
         self.form.weakening(u)
     }
 
-    /// The largest of a few weakening rates at the slip speeds of orbits about the equilibrium: the scale of
-    /// rates that change an orbit.
+    /// The size of the weakening rate in its means over orbits about the equilibrium: the largest of a few away from rest, and
+    /// of the change of friction. A narrow fall at rest has a rate there that is larger by any factor.
     pub(crate) fn weakening_scale(&self, belt_speed: f64) -> f64 {
-        let rates = [0.0, 0.5, 1.0, 1.5, 2.0].map(|share| self.weakening(share * belt_speed).abs());
-        rates.into_iter().filter(|rate| rate.is_finite()).fold(0.0, f64::max)
+        let places = [0.0, 0.5, 1.0, 1.5, 2.0].map(|share| share * belt_speed);
+        let rates = places[1..].iter().map(|u| self.weakening(*u).abs());
+        let changes =
+            places.windows(2).map(|ends| (self.phi(ends[1]) - self.phi(ends[0])).abs() / belt_speed);
+        rates.chain(changes).filter(|rate| rate.is_finite()).fold(0.0, f64::max)
     }
 
     /// Bound of the rounding error of the weakening rate at slip speed `u`, where one is known: by interval
@@ -376,25 +379,28 @@ impl Curve {
     }
 
     /// The weakening rate averaged over the grazing circle v = V cos t with weight sin^2 t / pi: the energy
-    /// that friction supplies in one turn, in units of that dissipated by unit damping eps c.
+    /// that friction supplies in one turn, in units of that dissipated by unit damping eps c. NaN where the data of a law
+    /// end below 2 V.
     #[must_use]
     pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        self.mean_weakening_with_error(belt_speed)[0]
+    }
+
+    /// [`Curve::mean_weakening`], and how far it may be from that of the law, rounding apart; infinite where that is not known.
+    pub fn mean_weakening_with_error(&self, belt_speed: f64) -> [f64; 2] {
         if let Some(law) = self.form.closed() {
-            return law.mean_weakening(belt_speed);
+            return [law.mean_weakening(belt_speed), 0.0];
         }
         match &self.form {
-            Form::Table(law) => law.mean_weakening(belt_speed),
-            _ => {
-                let weakening = self.compiled(4.0 * belt_speed);
-                mean::mean_weakening(|u| weakening.at(u), belt_speed)
-            }
+            Form::Table(law) => [law.mean_weakening(belt_speed), 0.0],
+            _ => self.compiled(4.0 * belt_speed).mean(belt_speed),
         }
     }
 
     /// [`Curve::mean_weakening`] of a law that need not be compiled: for laws of which many are compared at one
     /// belt speed each.
     pub fn mean_weakening_of_many(&self, belt_speed: f64) -> f64 {
-        match self.has_known_features() {
+        match self.form.closed().is_some() || self.table().is_some() {
             true => self.mean_weakening(belt_speed),
             false => mean::of_formula(|u| self.weakening(u), belt_speed),
         }
@@ -403,12 +409,9 @@ impl Curve {
     /// About [`Curve::mean_weakening`], for searches to begin with.
     pub fn rough_mean_weakening(&self, belt_speed: f64) -> f64 {
         match &self.form {
-            Form::Exponential(law) => mean::rough(|u| law.weakening(u), belt_speed),
+            Form::Exponential(law) => law.mean(belt_speed, 0),
             form if form.closed().is_some() || self.table().is_some() => self.mean_weakening(belt_speed),
-            _ => {
-                let weakening = self.compiled(4.0 * belt_speed);
-                mean::rough(|u| weakening.at(u), belt_speed)
-            }
+            _ => self.compiled(4.0 * belt_speed).rough_mean(belt_speed),
         }
     }
 
@@ -423,8 +426,10 @@ impl Curve {
         if let Some(epsilon) = self.small {
             // -F' = w / eps.
             let Range { lo, hi } = self.weakening_range(0.0, 2.0 * belt_speed);
+            let [mean, error] = self.mean_weakening_with_error(belt_speed);
             return Ok(FirstOrder {
-                mean_weakening: self.mean_weakening(belt_speed) / epsilon,
+                mean_weakening: mean / epsilon,
+                mean_error: error / epsilon,
                 weakening_range: Range { lo: lo / epsilon, hi: hi / epsilon },
             });
         }
@@ -436,8 +441,10 @@ impl Curve {
                     compile(&Form::Leading(law.clone()), &mut compiled.leading, 2.0 * belt_speed)
                 };
                 // By parts, (6) divided by pi V is the mean of -F1'.
+                let [mean_weakening, mean_error] = leading.mean(belt_speed);
                 Ok(FirstOrder {
-                    mean_weakening: mean::mean_weakening(|u| leading.at(u), belt_speed),
+                    mean_weakening,
+                    mean_error,
                     weakening_range: leading.range(0.0, 2.0 * belt_speed),
                 })
             }
@@ -683,7 +690,7 @@ impl Ranges<'_> {
             Some(law) if hi <= law.reach() => law.highest(lo, hi),
             _ => match &self.curve.form {
                 // It falls with the slip speed. Its lower bound, half of the work, is not computed.
-                Form::Stribeck(law) => law.weakening(lo),
+                Form::Stribeck(law) => law.bounds(lo).hi,
                 _ => self.curve.weakening_range(lo, hi).hi,
             },
         }

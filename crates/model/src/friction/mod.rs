@@ -63,6 +63,8 @@ pub struct FirstOrder {
     /// `1/(pi V) * integral over a turn of F1(V - V cos t) cos t dt`, the right side of the paper's
     /// condition (6) divided by pi V.
     pub mean_weakening: f64,
+    /// How far that may be from the law's, rounding apart.
+    pub mean_error: f64,
     /// Range of -F1'(u) over slip speeds u in [0, 2 V].
     pub weakening_range: Range,
 }

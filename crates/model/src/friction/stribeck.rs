@@ -4,7 +4,7 @@
 //! Departures from the text: the paper writes the law in the signed argument x2 - V and drops the sign in
 //! its system (15); here u = |x2 - V|, which is what its figures and its condition (12) use.
 
-use super::built_in::{BuiltIn, ClosedForm, Strengthening};
+use super::built_in::{BuiltIn, ClosedForm, Strengthening, rounded};
 use super::family::Series;
 use super::{FirstOrder, Gradient, Parameter, Range};
 use crate::point::{LawParameters, ScaledGroups};
@@ -87,9 +87,18 @@ impl Stribeck {
         c(1.0) - c(self.drop) * x / (c(1.0) + x) + c(self.epsilon) * c(self.beta) * u * u
     }
 
-    /// The weakening rate falls with u, so its bounds are its end values.
+    /// Proved bounds of the weakening rate at one slip speed. In units in the last place the rate of weakening has 1/2, q at
+    /// most 2, the quotient by its square 6 with its factors, and the rise 2.
+    #[inline]
+    pub(super) fn bounds(&self, u: f64) -> Range {
+        let q = 1.0 + self.rate * u;
+        let at_rest = self.rate * self.drop;
+        rounded(at_rest / (q * q), 8.0, 2.0 * self.epsilon * self.beta * u, at_rest)
+    }
+
+    /// The weakening rate falls with u, so its bounds are those at the ends.
     pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
-        Range { lo: self.weakening(hi), hi: self.weakening(lo) }
+        Range { lo: self.bounds(hi).lo, hi: self.bounds(lo).hi }
     }
 
     /// The scaled groups at belt speed V and damping force rate C = eps c.
@@ -151,10 +160,9 @@ impl ClosedForm for Stribeck {
     fn even_weakening_range(&self, belt_speed: f64) -> Option<Range> {
         let ScaledGroups { a, k, b, .. } = self.scaled(belt_speed, 0.0);
         let far = 1.0 + 2.0 * k;
-        Some(Range {
-            lo: a / ((1.0 + k) * (1.0 + k)) - 2.0 * b,
-            hi: 0.5 * a * (1.0 + 1.0 / (far * far)) - 2.0 * b,
-        })
+        // Rounded as in `bounds`.
+        let of = |fall: f64| rounded(fall, 8.0, 2.0 * b, a);
+        Some(Range { lo: of(a / ((1.0 + k) * (1.0 + k))).lo, hi: of(0.5 * a * (1.0 + 1.0 / (far * far))).hi })
     }
 
     /// F1(u) = -gamma (1 - alpha) u + beta u^2; its average over the grazing circle is the left side of
@@ -163,6 +171,7 @@ impl ClosedForm for Stribeck {
         let at_rest = self.gamma * self.drop;
         Some(FirstOrder {
             mean_weakening: at_rest - 2.0 * self.beta * belt_speed,
+            mean_error: 0.0,
             weakening_range: Range { lo: at_rest - 4.0 * self.beta * belt_speed, hi: at_rest },
         })
     }

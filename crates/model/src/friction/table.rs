@@ -4,10 +4,9 @@
 //! monotone between neighbouring data, and phi' and D are continuous. Beyond the last datum the law is
 //! unknown: phi is NaN there, orbits that reach it fail, and tests that need it are undecided.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
-use super::{NO_REST, REST_AT_PEAK, Range};
-use slipmap_numbers::gauss::Rule;
+use super::{NO_REST, REST_AT_PEAK, Range, mean};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
 use slipmap_numbers::random::Random;
@@ -558,26 +557,9 @@ impl Table {
         if !(2.0 * belt_speed <= self.fastest()) {
             return f64::NAN;
         }
-        let angle = |u: f64| 2.0 * (0.5 * u / belt_speed).sqrt().min(1.0).asin();
-        let mut from = 0.0;
-        let mut total = 0.0;
-        for i in 0..=self.piece_at(2.0 * belt_speed) {
-            let to = angle(self.0.u[i + 1]);
-            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-            let (cubic, start) = (self.cubic(i), self.0.u[i]);
-            let sum: f64 = (GAUSS.nodes.iter().zip(&GAUSS.weights))
-                .map(|(x, weight)| {
-                    // sin^2 t and the slip speed from sin^2 (t / 2).
-                    let sin_half = (0.5 * (middle + half * x)).sin();
-                    let square = sin_half * sin_half;
-                    let rate = weakening(cubic, 2.0 * belt_speed * square - start);
-                    weight * rate * 4.0 * square * (1.0 - square)
-                })
-                .sum();
-            total += half * sum;
-            from = to;
-        }
-        2.0 / std::f64::consts::PI * total
+        let ends = &self.0.u[..=self.piece_at(2.0 * belt_speed) + 1];
+        let rate = |i: usize, u: f64| weakening(self.cubic(i), u - self.0.u[i]);
+        mean::between(ends, rate, belt_speed)
     }
 }
 
@@ -619,9 +601,6 @@ fn slopes<const N: usize>(u: &[f64], phi: &[Jet<f64, N>]) -> Vec<Jet<f64, N>> {
 fn hermite_slope(x: f64, secant: f64, s0: f64, s1: f64) -> f64 {
     6.0 * x * (1.0 - x) * secant + (1.0 - x) * (1.0 - 3.0 * x) * s0 + x * (3.0 * x - 2.0) * s1
 }
-
-/// Gauss's rule for the mean between two rows.
-static GAUSS: LazyLock<Rule<16>> = LazyLock::new(Rule::gauss);
 
 mod between;
 #[cfg(test)]

@@ -19,7 +19,7 @@
 mod compile;
 mod range;
 
-use super::{Form, Range};
+use super::{Form, Range, mean};
 use slipmap_numbers::interval::Interval;
 
 pub(super) use compile::{compile, compile_in_unit};
@@ -35,7 +35,7 @@ pub const COUNT: usize = 12;
 /// The distance of the polynomials from the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Accuracy {
-    /// A proved bound, round-off included.
+    /// A proved bound, round-off included; see [`Weakening::error`] for the first piece of a power of the slip speed.
     Proved(f64),
     /// An estimate by comparison at some slip speeds.
     Sampled(f64),
@@ -381,23 +381,49 @@ impl Weakening {
         self.pieces_between(lo, hi).map(of).sum()
     }
 
+    /// The mean of w over the grazing circle, see [`super::Curve::mean_weakening`], by its polynomials, and how far that of the
+    /// law may be from it, rounding apart: the mean of their distances, by samples where a law has no formula. NaN where the pieces end below twice the belt speed.
+    pub(super) fn mean(&self, belt_speed: f64) -> [f64; 2] {
+        let is_sampled = matches!(self.law, Form::Function(_) | Form::Custom(_));
+        let Some(ends) = self.ends_of_turn(belt_speed) else { return [f64::NAN; 2] };
+        let distance = |i: usize, _| {
+            let Piece { error, estimate, .. } = self.pieces[i];
+            // Samples miss what is narrower than a piece.
+            if is_sampled { estimate } else { error }
+        };
+        let mean = mean::between(ends, |i, u| self.pieces[i].at(u), belt_speed);
+        [mean, mean::rough(ends, distance, belt_speed)]
+    }
+
+    /// About the mean, for searches to begin with.
+    pub(super) fn rough_mean(&self, belt_speed: f64) -> f64 {
+        let ends = self.ends_of_turn(belt_speed);
+        ends.map_or(f64::NAN, |ends| mean::rough(ends, |i, u| self.pieces[i].at(u), belt_speed))
+    }
+
+    /// The ends of the pieces that meet the slip speeds of the grazing circle.
+    fn ends_of_turn(&self, belt_speed: f64) -> Option<&[f64]> {
+        let is_known = 2.0 * belt_speed <= self.reach();
+        is_known.then(|| &self.breaks[..=self.piece_of(2.0 * belt_speed) + 1])
+    }
+
     /// The distance of the polynomials from the law for slip speeds in [`lo`, `hi`], up to the reach.
     ///
     /// Next to rest a power of the slip speed that is not whole has a distance which does not fall to the rounding
     /// errors, however short the first piece, [0, h]. As C moves by the mean of the distance over a turn with the weight
     /// sin^2 th, and th moves at least by the square root of 2 h / V while the slip speed passes h, a first piece of
-    /// almost no length counts as far as it moves C: the mean over it is less than 2 h / V of the distance, and the
-    /// reach is at most 8 V.
+    /// almost no length counts as far as it moves C, and so do all others together: the mean over it is less than 2 h / V of
+    /// the distance, and the reach is at most 8 V.
     #[must_use]
     pub fn error(&self, lo: f64, hi: f64) -> Accuracy {
         let [lo, hi] = [lo, hi].map(|u| u.clamp(0.0, self.reach()));
         let share = self.breaks[1] / self.reach();
         let share = if share < NO_LENGTH { 16.0 * share } else { 1.0 };
         let largest = |of: fn(&Piece) -> f64| {
-            let pieces = self.pieces_between(lo, hi);
-            let weighed =
-                pieces.map(|i| if i == 0 { share * of(&self.pieces[0]) } else { of(&self.pieces[i]) });
-            weighed.fold(0.0, f64::max)
+            let (first, pieces) = (&self.pieces[0], self.pieces_between(lo, hi));
+            let of_first = if *pieces.start() == 0 { share * of(first) } else { 0.0 };
+            let of_others = pieces.filter(|i| *i > 0).map(|i| of(&self.pieces[i])).fold(0.0, f64::max);
+            if share < 1.0 { of_first + of_others } else { of_first.max(of_others) }
         };
         match largest(|piece| piece.error) {
             proved if proved.is_finite() => Accuracy::Proved(proved),
