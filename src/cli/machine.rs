@@ -115,7 +115,7 @@ impl Machine {
                 match risk(&job.machine, &job.uncertain, draws, &arguments.rare) {
                     Ok(found) => Some(found),
                     // The page reports it; the rest of the page does not depend on it.
-                    Err(NoRisk::NoneFound) => None,
+                    Err(NoRisk::NoneFound | NoRisk::NoneFollowed) => None,
                     Err(why) => return Err(Failure::bad_input(why, "choose smaller spreads")),
                 }
             }

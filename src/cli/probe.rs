@@ -457,8 +457,18 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         let multiplier = short(cycle.multiplier);
         line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
     }
-    if let Some([from, to, error]) = answer.bistable_band() {
-        line("both attract for c", format!("{} to {}", exact(from), with_error(to, error)));
+    if let Some(band) = answer.bistable_band() {
+        let to = with_error(band.to_c, band.error);
+        let [low, high] = band.from_c_between;
+        let words = match band.from_c_reason {
+            None => format!("{} to {to}", exact(high)),
+            Some(why) => format!(
+                "from between {} and {} to {to}; where it begins is not known closer: {why}",
+                short(low),
+                short(high)
+            ),
+        };
+        line("both attract for c", words);
     }
     if let Some(BasinBoundary { kick, cycle, separates: [_, outside], .. }) = &answer.basin {
         let edge = match cycle {

@@ -187,6 +187,25 @@ fn the_bistable_band_ends_where_sticking_does() {
     }
 }
 
+/// Orbits of low dampings leave the data: where the band begins is not known, and told so with its bounds.
+#[test]
+fn a_bistable_band_does_not_begin_where_the_data_end() {
+    let scratch = Scratch::new();
+    let row = |i: i32| {
+        let u = 1.0125 * f64::from(i) / 40.0;
+        format!("{u:?},{:?}\n", 0.6 + 0.4 * (-2.0 * u).exp())
+    };
+    scratch.file("falls.csv", &format!("u,mu\n{}", (0..=40).map(row).collect::<String>()));
+    let point = ["probe", "--table", "falls.csv", "--epsilon", "1", "--V", "0.5", "--c", "0.32"];
+    let text = scratch.run(&point).ends_with(0).out;
+    assert!(text.contains("from between 0.2943"), "{text}");
+    assert!(text.contains("not known closer: the orbit leaves the data of falls.csv"), "{text}");
+    let band = &scratch.run(&[&point[..], &["--json"]].concat()).ends_with(0).json()["bistable_band"];
+    let [low, high] = [0, 1].map(|end| band["from_c_between"][end].as_f64().unwrap());
+    assert!(band["from_c"].is_null() && band["from_c_reason"].is_string(), "{band}");
+    assert!((low - 0.2943).abs() < 1e-4 && (high - 0.316_213).abs() < 2e-5, "{band}");
+}
+
 #[test]
 fn bad_points() {
     let nan = f64::NAN;

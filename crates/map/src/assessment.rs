@@ -24,7 +24,7 @@ use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::crossing::crossing_cycles;
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{Kick, Unknown, none_proved};
-use slipmap_simulate::{Failure, Fate, Flow, flow, sticks_from};
+use slipmap_simulate::{Failure, Fate, Flow, HALVINGS, flow, sticks_from};
 
 /// Verdict of a rigorous test at the working point.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -277,9 +277,9 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let folds = backbone.iter().flat_map(|backbone| backbone.turning_points()).map(|turn| turn.viscous);
     // On fast belts the orbit from the exit point crosses for ever below a damping, which may be next to c*.
     let lands = is_positive(&column, critical) && critical.is_finite();
-    let lands = lands.then(|| sticks_from(&column, [0.0, critical], TOLERANCE));
+    let lands = lands.then(|| sticks_from(&column, [0.0, critical], HALVINGS, TOLERANCE).between);
     let changes = folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]);
-    let changes: Vec<f64> = changes.chain(lands).collect();
+    let changes: Vec<f64> = changes.chain(lands.into_iter().flatten()).collect();
     let dampings = intervals::of_dampings(&column, units.damping, &changes, |oscillator, flow| {
         attractors.regime_of(oscillator, flow)
     });

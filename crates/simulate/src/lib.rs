@@ -31,7 +31,7 @@ mod stepping;
 mod turn;
 mod work;
 
-pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, sticks_from};
+pub use critical::{CriticalDamping, HALVINGS, NoCriticalDamping, SticksFrom, critical_damping, sticks_from};
 pub use neighbours::{Neighbour, TIGHT, crossing_separates, separates};
 pub use return_map::flow;
 pub use work::QUESTION;

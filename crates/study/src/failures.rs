@@ -24,7 +24,7 @@ use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::{named, named_sums};
-use slipmap_simulate::{Fate, critical_damping, flow, sticks_from};
+use slipmap_simulate::{Fate, HALVINGS, critical_damping, flow, sticks_from};
 
 named! {
     /// Kind of failure of a method at a cell.
@@ -295,15 +295,19 @@ fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> [f64; 
         Fate::Sticks(_) if c > undamped => [undamped, c],
         _ => return to_grazing,
     };
-    let from = sticks_from(column, range, tolerance);
+    let middle = |tolerance: f64| {
+        let [low, high] = sticks_from(column, range, HALVINGS, tolerance).between;
+        [0.5 * (low + high), 0.5 * (high - low)]
+    };
+    let [from, half] = middle(tolerance);
     if from == undamped {
         return to_grazing;
     }
-    // What a coarser search is in doubt about, and more than the last bracket of the search.
-    let coarse = sticks_from(column, range, COARSER * tolerance);
-    let error = (from - coarse).abs() + 1e-12 * (range[1] - range[0]);
+    // What a coarser search is in doubt about, and the last bracket of the search.
+    let error = (from - middle(COARSER * tolerance)[0]).abs() + half + 1e-12 * (range[1] - range[0]);
     let to_crossing = [(from - c).abs(), error];
-    if to_crossing[0] < to_grazing[0] { to_crossing } else { to_grazing }
+    let [distance, error] = to_crossing;
+    if distance - error < to_grazing[0] { to_crossing } else { to_grazing }
 }
 
 /// Factor of the tolerance of the search that shows the error of another.

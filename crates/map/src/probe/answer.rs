@@ -1,5 +1,6 @@
 //! The answers of every method about one point, and the simulated flow there.
 
+use super::result::BistableBand;
 use crate::behaviour::needed_slip_speed;
 use crate::map::limits::{Limit, Ray};
 use crate::map::{self, BasinBoundary, Method, Regime, Verdict};
@@ -15,7 +16,8 @@ use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::naive::NaiveVerdict;
 use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use slipmap_simulate::slip_cycle::{Unknown, none_proved, slip_cycles};
-use slipmap_simulate::{CriticalDamping, Cycle, Failure, Fate, Flow, NoCriticalDamping, TIGHT, sticks_from};
+use slipmap_simulate::{CriticalDamping, Cycle, Failure, Fate, Flow, NoCriticalDamping, TIGHT};
+use slipmap_simulate::{HALVINGS, sticks_from};
 
 /// The answer of one method.
 #[derive(Debug)]
@@ -97,8 +99,8 @@ impl Answer {
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
     /// the equilibrium becomes stable, or, on fast belts, at which the orbit from the exit point ceases to
-    /// cross for ever, to c*, and the error of c*. `None` where the two are not known to differ.
-    pub fn bistable_band(&self) -> Option<[f64; 3]> {
+    /// cross for ever, to c*. `None` where the two are not known to differ.
+    pub fn bistable_band(&self) -> Option<BistableBand> {
         let epsilon = self.point.epsilon;
         let Oscillator { curve, belt_speed, .. } = &self.oscillator;
         let becomes_stable = HopfRate::new(curve, *belt_speed).value() / epsilon;
@@ -108,8 +110,18 @@ impl Answer {
         if from + root.error >= root.c {
             return None;
         }
-        let from = sticks_from(&self.law.column(&self.point), [from, root.c], self.tolerance);
-        (from + root.error < root.c).then_some([from, root.c, root.error])
+        let from = sticks_from(&self.law.column(&self.point), [from, root.c], HALVINGS, self.tolerance);
+        let [least, sticking] = from.between;
+        (sticking + root.error < root.c).then(|| BistableBand {
+            from_c: from.known(),
+            from_c_between: from.between,
+            from_c_reason: from.known().is_none().then(|| match from.failure {
+                None => "orbits between them are too close to call".into(),
+                Some(failure) => beyond_data_or(failure, &self.law, &Point { damping: least, ..self.point }),
+            }),
+            to_c: root.c,
+            error: root.error,
+        })
     }
 
     /// What the regime assumes without proof, if anything; `counted` is the number of slip cycles where that
@@ -191,11 +203,10 @@ impl Answer {
     /// The reason why cycles are unknown; where their orbits leave the data of a measured law, how far those
     /// should reach.
     pub fn why_unknown(&self, why: Unknown) -> String {
-        let beyond = match why {
-            Unknown::Orbit(Failure::NotFinite) => beyond_data(&self.law, &self.point),
-            Unknown::Orbit(_) | Unknown::TooClose | Unknown::Neutral | Unknown::FarOut => None,
-        };
-        beyond.unwrap_or_else(|| why.to_string())
+        match why {
+            Unknown::Orbit(failure) => beyond_data_or(failure, &self.law, &self.point),
+            Unknown::TooClose | Unknown::Neutral | Unknown::FarOut => why.to_string(),
+        }
     }
 
     /// Proved bounds on the number of slip cycles.
@@ -319,6 +330,12 @@ fn why_too_close(margin: f64, error: f64) -> String {
         _ => "the error of the orbit from the exit point exceeds all numbers before it comes back or settles"
             .into(),
     }
+}
+
+/// The failure of an orbit; of one that leaves the data of a measured law, how far those should reach.
+fn beyond_data_or(failure: Failure, law: &Law, point: &Point) -> String {
+    let beyond = (failure == Failure::NotFinite).then(|| beyond_data(law, point)).flatten();
+    beyond.unwrap_or_else(|| failure.to_string())
 }
 
 /// The problem if the law is measured and the orbit from the exit point leaves its data: the slip speed at
