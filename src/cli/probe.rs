@@ -393,8 +393,8 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ),
     );
     line("exit point", format!("({}, {belt})", short(oscillator.exit_x1())));
-    match answer.slip_cycles() {
-        Err(why) => line("slip cycles", format!("not determined: {}", answer.why_unknown(why))),
+    match &answer.slip {
+        Err(why) => line("slip cycles", format!("not determined: {}", answer.why_unknown(*why))),
         Ok(cycles) => {
             let count = answer.slip_count();
             let absent = match proves_absence(&answer.oscillator, &count) {

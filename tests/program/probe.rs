@@ -195,7 +195,7 @@ fn a_bistable_band_does_not_begin_where_the_data_end() {
         let u = 1.0125 * f64::from(i) / 40.0;
         format!("{u:?},{:?}\n", 0.6 + 0.4 * (-2.0 * u).exp())
     };
-    scratch.file("falls.csv", &format!("u,mu\n{}", (0..=40).map(row).collect::<String>()));
+    scratch.file("falls.csv", format!("u,mu\n{}", (0..=40).map(row).collect::<String>()));
     let point = ["probe", "--table", "falls.csv", "--epsilon", "1", "--V", "0.5", "--c", "0.32"];
     let text = scratch.run(&point).ends_with(0).out;
     assert!(text.contains("from between 0.2943"), "{text}");

@@ -3,12 +3,11 @@
 pub use crate::intervals::Limit;
 use crate::intervals::{Intervals, of_stick_slip};
 use crate::machine::Model;
-use crate::map::{Regime, regime};
+use crate::map::{Regime, regime, slip_cycles};
 use slipmap_model::filippov::{Eigenvalues, HopfRate, Oscillator};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_simulate::crossing::stick_slip_cycle;
-use slipmap_simulate::slip_cycle::slip_cycles;
 use slipmap_simulate::{CriticalDamping, Fate, NoCriticalDamping, critical_damping, flow};
 use slipmap_witness::{Start, trace};
 
@@ -112,7 +111,8 @@ pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Interval
     let flow = flow(&oscillator, tolerance);
     let half = |range: slipmap_model::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
     let stick_slip = stick_slip_cycle(&oscillator, &flow, tolerance).ok().flatten();
-    let slip = || slip_cycles(&oscillator, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
+    let slip =
+        || slip_cycles(&oscillator, &flow, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
     let amplitude = stick_slip.map(|cycle| half(cycle.displacement));
     let amplitude = amplitude.or_else(|| slip().map(|cycle| half(cycle.displacement)));
     let column = model.column();

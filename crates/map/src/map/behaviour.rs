@@ -15,8 +15,6 @@ use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto,
 use slipmap_simulate::{CriticalDamping, critical_damping};
 use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT};
 
-/// Least error, relative to the largest |C|, of a coarse backbone that is far above [`COARSE`].
-const ROUGH: f64 = 1e-3;
 /// Tolerance of C(V) of a curve with a drop.
 const GRAZING: f64 = 1e-11;
 
@@ -101,35 +99,19 @@ impl<'a> Behaviour<'a> {
     /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, with bounds
     /// of their amplitudes that are as narrow as possible; `None` if the cycles are unknown.
     fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
-        let cycles = self.cycles(viscous, end, |ends| self.read_fine(viscous, ends))?;
-        // Without a backbone the amplitudes are bounded by 0 and the belt speed.
-        let narrowed = |cycle: CycleRange| match self.fine.get() {
-            Some(Ok(backbone)) => CycleRange { between: backbone.narrowed(&cycle, viscous), ..cycle },
-            Some(Err(_)) | None => cycle,
-        };
-        Some(cycles.into_iter().map(narrowed).collect())
+        self.cycles(viscous, end, |ends| {
+            self.read(viscous, |backbone| {
+                let cycles = backbone.cycles(viscous, ends.stable, ends.returns)?;
+                Some(cycles.into_iter().map(|cycle| backbone.narrowed(cycle, viscous)).collect())
+            })
+        })
     }
 
     /// As [`Self::slip_cycles`], between any bounds: for the number and the stability of the cycles.
     pub(super) fn count(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
-        self.cycles(viscous, end, |ends| match self.coarse(viscous, ends) {
-            Ok(None) if self.is_rough() => {
-                self.coarse.borrow().last()?.as_ref().ok()?.cycles(viscous, ends.stable, ends.returns)
-            }
-            Ok(None) => self.read_fine(viscous, ends),
-            Ok(cycles) => cycles,
-            // Where a coarse backbone fails, a fine one does.
-            Err(_) => None,
+        self.cycles(viscous, end, |ends| {
+            self.read(viscous, |backbone| backbone.cycles(viscous, ends.stable, ends.returns))
         })
-    }
-
-    /// Whether the last coarse backbone is that of a law with corners, and its error far above the tolerance: that of
-    /// scattered data. A fine one takes twice as long and has about the same error.
-    fn is_rough(&self) -> bool {
-        let coarse = self.coarse.borrow();
-        let Some(Ok(last)) = coarse.last() else { return false };
-        let size = last.turning_points().iter().map(|turn| turn.viscous.abs()).fold(0.0, f64::max);
-        !self.curve.corners().is_empty() && last.error > ROUGH * size
     }
 
     /// The reason why the slip cycles are unknown, where they are.
@@ -189,14 +171,15 @@ impl<'a> Behaviour<'a> {
             // There is at most one cycle: a repelling one if the equilibrium is stable and the orbit returns,
             // an attracting one if neither holds.
             let between = [0.0, self.belt_speed];
-            let one = CycleRange { between, is_stable: !returns };
+            let one = CycleRange::between(between, !returns);
             return Some(if stable == returns { vec![one] } else { Vec::new() });
         }
         read(Ends { stable, returns })
     }
 
-    /// The cycles as read from the first coarse backbone that is reliable at `viscous`; `None` if none is.
-    fn coarse(&self, viscous: f64, ends: Ends) -> Result<Option<Vec<CycleRange>>, Failure> {
+    /// What is read from the first coarse backbone that is reliable at `viscous`, from the last where it is rough, or else
+    /// from the fine one.
+    fn read<T>(&self, viscous: f64, read: impl FnOnce(&Backbone) -> Option<T>) -> Option<T> {
         let mut coarse = self.coarse.borrow_mut();
         let mut level = 0;
         loop {
@@ -204,29 +187,20 @@ impl<'a> Behaviour<'a> {
                 let finer = match coarse.last() {
                     None => Backbone::coarsest(self.curve, self.belt_speed, COARSE).map(Some),
                     Some(Ok(last)) => last.refined(self.curve, COARSE),
-                    Some(Err(failure)) => return Err(*failure),
+                    // Where a coarse backbone fails, a fine one does.
+                    Some(Err(_)) => return None,
                 };
-                let Some(finer) = finer.transpose() else { return Ok(None) };
-                coarse.push(finer);
+                match (finer.transpose(), coarse.last()) {
+                    (Some(finer), _) => coarse.push(finer),
+                    (None, Some(Ok(last))) if last.is_rough(self.curve) => return read(last),
+                    (None, _) => return read(self.backbone()?),
+                }
             }
             match &coarse[level] {
-                Ok(backbone) if backbone.is_reliable_at(viscous) => {
-                    return Ok(backbone.cycles(viscous, ends.stable, ends.returns));
-                }
+                Ok(backbone) if backbone.is_reliable_at(viscous) => return read(backbone),
                 _ => level += 1,
             }
         }
-    }
-
-    fn read_fine(&self, viscous: f64, ends: Ends) -> Option<Vec<CycleRange>> {
-        self.fine()?.cycles(viscous, ends.stable, ends.returns)
-    }
-
-    fn fine(&self) -> Option<&Backbone> {
-        if self.coarse.borrow().last().is_some_and(Result::is_err) {
-            return None;
-        }
-        self.backbone()
     }
 
     /// The backbone of full accuracy; `None` where an orbit fails.
@@ -267,10 +241,23 @@ impl<'a> Behaviour<'a> {
         self.regime(oscillator.viscous, End::of(flow), None, false)
     }
 
-    /// The long-run behaviour of a point, as [`Self::regime_of`].
+    /// All slip cycles of a point, by growing amplitude.
+    fn located(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+        match self.slip_cycles(oscillator.viscous, End::of(flow)) {
+            Some(all) => all.iter().map(|cycle| locate(oscillator, cycle, tolerance.min(TIGHT))).collect(),
+            None => Err(self.slip_cycles_unknown(oscillator, flow).unwrap_or(Unknown::TooClose)),
+        }
+    }
+
+    /// The long-run behaviour of a point, as [`Self::regime_of`]; what was counted and does not close is no regime.
     pub(crate) fn long_run(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
+        let slip = self.located(oscillator, flow, tolerance);
         LongRun {
-            regime: self.regime_of(oscillator, flow),
+            regime: match slip {
+                Err(Unknown::NotClosed) => Regime::Failed,
+                _ => self.regime_of(oscillator, flow),
+            },
+            slip,
             cycle: self.attracting_cycle(oscillator, End::of(flow), tolerance),
             basin: self.basin_boundary(oscillator, End::of(flow), tolerance),
         }
@@ -369,6 +356,8 @@ impl<'a> Behaviour<'a> {
 pub struct LongRun {
     /// The set of attractors.
     pub(crate) regime: Regime,
+    /// The slip cycles, by growing amplitude.
+    pub(crate) slip: Result<Vec<Cycle>, Unknown>,
     /// The attracting cycle: the stick-slip or the crossing cycle, or else the largest attracting slip cycle.
     /// `None` if there is none, or if its orbit cannot be computed.
     pub(crate) cycle: Option<Cycle>,
@@ -379,6 +368,15 @@ pub struct LongRun {
 /// The long-run behaviour of a point, from one backbone; `flow` is that of its orbit from the exit point.
 pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).long_run(oscillator, flow, tolerance)
+}
+
+/// The slip cycles of a point, by growing amplitude: those of its regime, its basin and their number; `flow` is that of its
+/// orbit from the exit point.
+///
+/// # Errors
+/// [`Unknown`].
+pub fn slip_cycles(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).located(oscillator, flow, tolerance)
 }
 
 /// The words for orbits that are left out: friction pushes from the slip speed `from` on.

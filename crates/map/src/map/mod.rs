@@ -29,7 +29,7 @@ mod verdict;
 pub use account::{Account, FailedCell, MethodAccount, Stages, Unknown};
 pub use audit::{Audit, Disagreement};
 pub use behaviour::{BasinBoundary, Behaviour, LongRun, long_run};
-pub use behaviour::{left_out, regime, slip_cycle_count};
+pub use behaviour::{left_out, regime, slip_cycle_count, slip_cycles};
 pub use contradictions::{Contradiction, Contradictions};
 pub use curves::{CURVE_COLUMNS, Plane, PlaneCurve, PlaneCurves, PlanePoint};
 pub use engine::{ComputeError, Control, Queue, Summary, compute_tiles};

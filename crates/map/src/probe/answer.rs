@@ -15,8 +15,8 @@ use slipmap_simulate::crossing::{CrossingCycles, crossing_cycles, stick_slip_cyc
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::naive::NaiveVerdict;
 use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
-use slipmap_simulate::slip_cycle::{Unknown, none_proved, slip_cycles};
-use slipmap_simulate::{CriticalDamping, Cycle, Failure, Fate, Flow, NoCriticalDamping, TIGHT};
+use slipmap_simulate::slip_cycle::{Unknown, none_proved};
+use slipmap_simulate::{CriticalDamping, Cycle, Failure, Fate, Flow, NoCriticalDamping};
 use slipmap_simulate::{HALVINGS, sticks_from};
 
 /// The answer of one method.
@@ -57,6 +57,8 @@ pub struct Answer {
     pub critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
     pub regime: Regime,
+    /// The cycles that slip all the time below the belt line, by growing amplitude.
+    pub slip: Result<Vec<Cycle>, Unknown>,
     /// The attracting cycle; `None` where there is none.
     pub cycle: Option<Cycle>,
     /// The edge of its basin; `None` where it attracts from every start.
@@ -82,7 +84,7 @@ impl Answer {
                 }
             })
             .collect();
-        let map::LongRun { regime, cycle, basin } = map::long_run(&oscillator, &flow, tolerance);
+        let map::LongRun { regime, slip, cycle, basin } = map::long_run(&oscillator, &flow, tolerance);
         Self {
             law: law.clone(),
             point: *point,
@@ -92,6 +94,7 @@ impl Answer {
             flow,
             critical,
             regime,
+            slip,
             cycle,
             basin,
         }
@@ -176,11 +179,6 @@ impl Answer {
         sensitivity(&self.law.column(&self.point))
     }
 
-    /// The cycles that slip all the time below the belt line.
-    pub fn slip_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
-        slip_cycles(&self.oscillator, self.tolerance.min(TIGHT))
-    }
-
     /// The stick-slip cycle, if there is one.
     pub(crate) fn stick_slip_cycle(&self) -> Result<Option<Cycle>, Failure> {
         stick_slip_cycle(&self.oscillator, &self.flow, self.tolerance)
@@ -205,7 +203,7 @@ impl Answer {
     pub fn why_unknown(&self, why: Unknown) -> String {
         match why {
             Unknown::Orbit(failure) => beyond_data_or(failure, &self.law, &self.point),
-            Unknown::TooClose | Unknown::Neutral | Unknown::FarOut => why.to_string(),
+            Unknown::TooClose | Unknown::NotClosed | Unknown::Neutral | Unknown::FarOut => why.to_string(),
         }
     }
 

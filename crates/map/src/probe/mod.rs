@@ -171,7 +171,7 @@ impl From<Cycle> for StabilityResult {
 impl Cycles {
     fn of(answer: &Answer) -> Self {
         let (stick_slip, slip, crossing) =
-            (answer.stick_slip_cycle(), answer.slip_cycles(), answer.crossing_cycles());
+            (answer.stick_slip_cycle(), answer.slip.clone(), answer.crossing_cycles());
         let no_stick_slip = match answer.flow.fate {
             Fate::Failed(why) => Some(why),
             _ => stick_slip.as_ref().err().copied(),

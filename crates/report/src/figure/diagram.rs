@@ -18,10 +18,10 @@ use slipmap_figure::style;
 use slipmap_figure::style::LineStyle;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::machine::Dimension;
+use slipmap_map::map::slip_cycles;
 use slipmap_model::filippov::{Oscillator, Stability};
 use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
 use slipmap_simulate::far_loops::FarLoops;
-use slipmap_simulate::slip_cycle::slip_cycles;
 use slipmap_simulate::{Cycle, Fate, Range, TIGHT, flow};
 
 /// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
@@ -97,7 +97,7 @@ fn find(oscillator: &Oscillator, length: f64) -> Found {
         Stability::Neutral => None,
         stability => Some(vec![State { attracts: stability == Stability::Attracts, amplitude: 0.0 }]),
     };
-    let slip = slip_cycles(oscillator, TIGHT).ok();
+    let slip = slip_cycles(oscillator, &flow(oscillator, TOLERANCE), TIGHT).ok();
     let (sticks, crossing) = beyond_slip(oscillator);
     [
         equilibrium,
