@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::configuration::Configuration;
 use super::output::{count, exact, short};
-use super::replace;
+use super::replace::Files;
 use super::report::{failure, unwritten};
 use super::summary::refuse_machine;
 use super::threads::not_started;
@@ -63,8 +63,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return Err(Failure::bad_input(problem, "take fewer points on the axes"));
     }
     if let Some(folder) = &arguments.out {
-        let refuse = |name| replace::check("--out", &folder.join(name), None, arguments.overwrite);
-        FILES.into_iter().try_for_each(refuse)?;
+        let mut files = Files::reading([&arguments.configuration.config]).law(grid.law());
+        for name in FILES {
+            files = files.writing("--out", Some(&folder.join(name)));
+        }
+        files.check(arguments.overwrite)?;
     }
     let pool = map::pool(arguments.threads).map_err(not_started)?;
     let points = failures::points_of(grid);

@@ -11,7 +11,7 @@ use super::chances::notes_on_draws;
 use super::output::{Align, Table, print_json};
 use super::point::{Setting, parse_setting};
 use super::probe_machine;
-use super::replace;
+use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
 use slipmap_config::MachineJob;
@@ -67,10 +67,13 @@ fn parse_probability(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    if let Some(path) = &arguments.out {
-        replace::check("--out", path, None, arguments.overwrite)?;
-    }
-    let machines = arguments.configs.iter().map(|config| Machine::of(config, arguments));
+    let jobs = arguments.configs.iter().map(|config| probe_machine::load(config, &arguments.set));
+    let jobs = jobs.collect::<Result<Vec<MachineJob>, Failure>>()?;
+    let files =
+        jobs.iter().fold(Files::reading(&arguments.configs), |files, job| files.machine(&job.machine));
+    files.writing("--out", arguments.out.as_deref()).check(arguments.overwrite)?;
+    let machines =
+        arguments.configs.iter().zip(jobs).map(|(config, job)| Machine::of(config, job, arguments));
     let machines = machines.collect::<Result<Vec<Machine>, Failure>>()?;
     let pages: Vec<MachinePage> = machines.iter().map(Machine::page).collect();
     if let Some(path) = &arguments.out {
@@ -104,8 +107,7 @@ struct Machine {
 }
 
 impl Machine {
-    fn of(config: &Path, arguments: &Arguments) -> Result<Self, Failure> {
-        let job = probe_machine::load(config, &arguments.set)?;
+    fn of(config: &Path, job: MachineJob, arguments: &Arguments) -> Result<Self, Failure> {
         let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
         let all = assess_fitted(&job.machine, &job.uncertain).ok_or_else(leaves)?;
         let risk = match is_uncertain(&job.machine, &job.uncertain) {
