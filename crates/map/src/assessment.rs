@@ -258,7 +258,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let beyond_data = beyond_data(machine, &behaviour);
     let is_missing = vibrates_below.is_none() || !has_kick;
     let slip_cycles_unknown = is_missing
-        .then(|| attractors.slip_cycles_unknown(&oscillator, &flow))
+        .then(|| attractors.slip_cycles_unknown(&oscillator, &flow).or_else(|| attractors.backbone_unknown()))
         .flatten()
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
     let highest = stick_slip.holds.last().map(|[_, end]| *end);

@@ -13,7 +13,7 @@ use slipmap_simulate::crossing::{crossing_cycles, landing_and_cycle, some_cross_
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
 use slipmap_simulate::{CriticalDamping, critical_damping};
-use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT};
+use slipmap_simulate::{Cycle, Failure, Fate, Flow, Neighbour, TIGHT};
 
 /// Tolerance of C(V) of a curve with a drop.
 const GRAZING: f64 = 1e-11;
@@ -119,9 +119,10 @@ impl<'a> Behaviour<'a> {
         if self.slip_cycles(oscillator.viscous, End::of(flow)).is_some() {
             return None;
         }
-        match (oscillator.stability(), self.fine.get(), self.coarse.borrow().last()) {
+        match (oscillator.stability(), self.fine.get(), self.coarse.borrow().last(), flow.fate) {
             (Stability::Neutral, ..) => Some(Unknown::Neutral),
-            (_, Some(Err(failed)), _) | (_, _, Some(Err(failed))) => Some((*failed).into()),
+            (_, Some(Err(failed)), ..) | (_, _, Some(Err(failed)), _) => Some((*failed).into()),
+            (.., Fate::Failed(failed)) => Some(failed.into()),
             _ => Some(Unknown::TooClose),
         }
     }
@@ -137,11 +138,13 @@ impl<'a> Behaviour<'a> {
     }
 
     /// Whether the orbit from (V, 0) returns to the belt line, where that from the exit point ends as `end`;
-    /// `None` if that is unknown. Only with a drop are they two orbits: then C(V) < eps c*.
+    /// `None` if that is unknown. Only with a drop are they two orbits: then C(V) < eps c*. By C(V), too, where the orbit
+    /// from the exit point cannot be followed to its end.
     fn grazing_returns(&self, viscous: f64, end: End) -> Option<bool> {
-        let returns = end.returns()?;
-        if !returns || self.curve.drop() == 0.0 {
-            return Some(returns);
+        match end.returns() {
+            Some(true) if self.curve.drop() > 0.0 => {}
+            None => {}
+            known => return known,
         }
         let column = || Column {
             curve: self.curve.without_drop(),
@@ -162,11 +165,11 @@ impl<'a> Behaviour<'a> {
         read: impl FnOnce(Ends) -> Option<Vec<CycleRange>>,
     ) -> Option<Vec<CycleRange>> {
         let stable = self.equilibrium_attracts(viscous)?;
-        let returns = self.grazing_returns(viscous, end)?;
         let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
         if even.excludes(viscous) {
             return Some(Vec::new());
         }
+        let returns = self.grazing_returns(viscous, end)?;
         if self.curve.weakening_is_convex() {
             // There is at most one cycle: a repelling one if the equilibrium is stable and the orbit returns,
             // an attracting one if neither holds.
@@ -209,6 +212,11 @@ impl<'a> Behaviour<'a> {
         self.fine.get_or_init(make).as_ref().ok()
     }
 
+    /// The reason why the backbone of full accuracy is unknown, if it was asked for.
+    pub(crate) fn backbone_unknown(&self) -> Option<Unknown> {
+        self.fine.get()?.as_ref().err().map(|failed| (*failed).into())
+    }
+
     /// The regime at eps c = `viscous`: the set of attractors, from the backbone `interpolated` where it
     /// decides. `no_other_crosses`: no orbit except perhaps that from the exit point crosses for ever.
     ///
@@ -226,6 +234,7 @@ impl<'a> Behaviour<'a> {
         let by_interpolation = || interpolated?.attracts(viscous, equilibrium, end.returns()?);
         let counted = || Some(self.count(viscous, end)?.iter().any(|cycle| cycle.is_stable));
         let attractors = || {
+            end.returns()?;
             Some(Attractors {
                 equilibrium,
                 slip: by_interpolation().or_else(counted)?,
