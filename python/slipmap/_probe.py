@@ -67,7 +67,10 @@ class Probe(_results.Probe):
             facts.append(("slip time, stick time", f"{self.landing.slip_time:g}, {self.landing.stick_time:g}"))
         if self.bistable_band:
             band = self.bistable_band
-            facts.append(("both attract for c", f"{band.from_c:g} to {_with_error(band.to_c, band.error)}"))
+            low, high = band.from_c_between
+            begins = f"from between {low:g} and {high:g}" if band.from_c is None else f"{band.from_c:g}"
+            why = f"; where it begins is not known closer: {band.from_c_reason}" if band.from_c is None else ""
+            facts.append(("both attract for c", f"{begins} to {_with_error(band.to_c, band.error)}{why}"))
         if self.attracting_cycle:
             cycle = self.attracting_cycle
             facts.append(("attracting cycle", f"period {cycle.period:g}, multiplier {cycle.multiplier:g}"))

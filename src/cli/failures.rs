@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::configuration::Configuration;
 use super::output::{count, exact, short};
-use super::replace;
+use super::replace::Files;
 use super::report::{failure, unwritten};
 use super::summary::refuse_machine;
 use super::threads::not_started;
@@ -16,9 +16,8 @@ use super::{Ended, Failure, interrupt, progress};
 use slipmap_column::Method;
 use slipmap_column::limits::HIGHEST;
 use slipmap_config::Job;
-use slipmap_files::create_folders;
 use slipmap_files::csv::csv_text;
-use slipmap_files::{Existing, write_file};
+use slipmap_files::{Existing, create_folders, write_file};
 use slipmap_machine::probe::command_line;
 use slipmap_numbers::text::{known_part, rounded};
 use slipmap_orbits::naive::NaiveKnobs;
@@ -65,8 +64,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return Err(Failure::bad_input(problem, "take fewer points on the axes"));
     }
     if let Some(folder) = &arguments.out {
-        let refuse = |name| replace::check("--out", &folder.join(name), None, arguments.overwrite);
-        FILES.into_iter().try_for_each(refuse)?;
+        let mut files = Files::reading([&arguments.configuration.config]).law(grid.law());
+        for name in FILES {
+            files = files.writing("--out", Some(&folder.join(name)));
+        }
+        files.check(arguments.overwrite)?;
     }
     let pool = slipmap_map::pool(arguments.threads).map_err(not_started)?;
     let points = failures::points_of(grid);

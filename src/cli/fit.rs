@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::output::{Align, Table, print_json};
-use super::replace;
+use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
 use slipmap_config::{Measured, OfMachine, law_of, words_of};
@@ -66,11 +66,10 @@ fn parse_law(name: &str) -> Result<Form, String> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    for (flag, path) in [("--out", &arguments.out), ("--figure", &arguments.figure)] {
-        if let Some(path) = path {
-            replace::check(flag, path, None, arguments.overwrite)?;
-        }
-    }
+    Files::reading(arguments.machine.iter().chain([&arguments.data]))
+        .writing("--out", arguments.out.as_deref())
+        .writing("--figure", arguments.figure.as_deref())
+        .check(arguments.overwrite)?;
     let forces = arguments.quantity.as_ref().map(|quantity| quantity == "force");
     let bad = |(problem, remedy): (String, String)| Failure::bad_input(problem, remedy);
     let measured = Measured::read(&arguments.data, Some(OfMachine { motion: None, forces })).map_err(bad)?;

@@ -10,9 +10,10 @@ use serde_json::Value;
 use super::chances::notes_on_draws;
 use super::output::{Align, Table, print_json};
 use super::point::{Setting, parse_setting};
+use super::probe_machine;
+use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
-use super::{probe_machine, replace};
 use slipmap_config::MachineJob;
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
@@ -68,10 +69,13 @@ fn parse_probability(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    if let Some(path) = &arguments.out {
-        replace::check("--out", path, None, arguments.overwrite)?;
-    }
-    let machines = arguments.configs.iter().map(|config| Machine::of(config, arguments));
+    let jobs = arguments.configs.iter().map(|config| probe_machine::load(config, &arguments.set));
+    let jobs = jobs.collect::<Result<Vec<MachineJob>, Failure>>()?;
+    let files =
+        jobs.iter().fold(Files::reading(&arguments.configs), |files, job| files.machine(&job.machine));
+    files.writing("--out", arguments.out.as_deref()).check(arguments.overwrite)?;
+    let machines =
+        arguments.configs.iter().zip(jobs).map(|(config, job)| Machine::of(config, job, arguments));
     let machines = machines.collect::<Result<Vec<Machine>, Failure>>()?;
     let pages: Vec<MachinePage> = machines.iter().map(Machine::page).collect();
     if let Some(path) = &arguments.out {
@@ -106,8 +110,7 @@ struct Machine {
 }
 
 impl Machine {
-    fn of(config: &Path, arguments: &Arguments) -> Result<Self, Failure> {
-        let job = probe_machine::load(config, &arguments.set)?;
+    fn of(config: &Path, job: MachineJob, arguments: &Arguments) -> Result<Self, Failure> {
         let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
         let all = assess_fitted(&job.machine, &job.uncertain).ok_or_else(leaves)?;
         let risk = match is_uncertain(&job.machine, &job.uncertain) {
@@ -117,7 +120,7 @@ impl Machine {
                 match risk(&job.machine, &job.uncertain, draws, &arguments.rare) {
                     Ok(found) => Some(found),
                     // The page reports it; the rest of the page does not depend on it.
-                    Err(NoRisk::NoneFound) => None,
+                    Err(NoRisk::NoneFound | NoRisk::NoneFollowed) => None,
                     Err(why) => return Err(Failure::bad_input(why, "choose smaller spreads")),
                 }
             }

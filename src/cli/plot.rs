@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::output::{exact, short};
-use super::replace;
+use super::replace::Files;
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
 use slipmap_figure::write_figure;
@@ -154,13 +154,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let mut written: Vec<&PathBuf> = vec![&arguments.out];
     written.extend(arguments.curves.then_some(&table));
     written.extend(&arguments.data);
-    if let (true, Some(data)) = (arguments.curves, arguments.data.as_ref().filter(|data| **data == table)) {
-        let problem = format!("--data {}: the points of the curves go there", data.display());
-        return Err(Failure::bad_input(problem, "choose another name"));
-    }
     // Checked before the work starts.
-    let (map, overwrite) = (Some(arguments.map.as_path()), arguments.overwrite);
-    written.iter().try_for_each(|path| replace::check("--out", path, map, overwrite))?;
+    Files::reading(arguments.mark.iter().chain([&arguments.map]))
+        .writing("--out", Some(&arguments.out))
+        .writing("--curves", arguments.curves.then_some(&table))
+        .writing("--data", arguments.data.as_deref())
+        .check(arguments.overwrite)?;
     let marks = arguments.mark.as_deref().map(read_marks).transpose()?;
     let plot = Plot {
         x: &arguments.x,

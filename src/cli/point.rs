@@ -3,6 +3,7 @@
 use std::fmt::{self, Debug, Display, Formatter};
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::Failure;
@@ -298,6 +299,12 @@ impl FromArgMatches for PointArguments {
             .filter_map(|name| matches.get_one::<f64>(name).map(|value| (name.to_owned(), *value)));
         let mut found = Self { given: flags.collect(), with_units: Vec::new() };
         for (name, setting) in matches.get_many::<(String, Setting)>("set").into_iter().flatten().cloned() {
+            let mut names = found.given.iter().map(|(name, _)| name);
+            if names.any(|it| *it == name) || found.with_units.iter().any(|(it, _)| *it == name) {
+                let problem =
+                    format!("--set {name}={setting}: {name} is given twice; leave one of them out\n");
+                return Err(clap::Error::raw(ErrorKind::ArgumentConflict, problem));
+            }
             match setting {
                 Setting::Number(number) => found.given.push((name, number)),
                 Setting::WithUnit(text) => found.with_units.push((name, text)),

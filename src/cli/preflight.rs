@@ -5,7 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::output::{bytes, count};
-use super::{Ended, Failure, replace, say};
+use super::replace::Files;
+use super::{Ended, Failure, say};
 use slipmap_config::Job;
 use slipmap_files::folder_of;
 use slipmap_map::Grid;
@@ -41,21 +42,17 @@ impl Preflight {
     /// Refuses an output that cannot be written, before anything is computed or created. An existing file
     /// that may not be replaced is reported in the result.
     pub(super) fn check(job: &Job, permission: Permission) -> Result<Self, Failure> {
-        let place = |path: &Path| {
-            let folder = folder_of(path);
-            let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
-            (folder, path.file_name().map(ToOwned::to_owned))
-        };
-        if let Some(proof) = job.proof.as_ref().filter(|proof| place(proof) == place(&job.output)) {
-            let problem = format!("validated.proof: {} is the place of the map itself", proof.display());
-            return Err(Failure::bad_input(problem, "choose another place with --set validated.proof=.."));
-        }
+        let files = Files::reading([&job.config_file]).law(job.plan.grid.law());
+        let files = job.plan.grid.machine().into_iter().fold(files, Files::machine);
+        files
+            .writing("output.path", Some(&job.output))
+            .writing("validated.proof", job.proof.as_deref())
+            .check(true)?;
         let free = fs4::available_space(first_folder(&job.output)).ok();
         let mut found = Self { replaces: [None, None], refuses: None, free };
         let outputs = [("output.path", Some(&job.output)), ("validated.proof", job.proof.as_ref())];
         for ((key, path), replaces) in outputs.into_iter().zip(&mut found.replaces) {
             let Some(path) = path else { continue };
-            replace::check(key, path, Some(&job.config_file), true)?;
             check_folder(path, key)?;
             let (name, Ok(metadata)) = (path.display(), path.symlink_metadata()) else { continue };
             match permission {

@@ -9,7 +9,7 @@ use super::output::{Align, Table, count, exact, print_json, short, signed};
 use super::plot::{ONE, width};
 use super::point::{LawArguments, PointArguments};
 use super::probe_table::About;
-use super::replace;
+use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure, WRITTEN_BY, probe_table, proof};
 use slipmap_certify::certificate::Format as _;
@@ -166,7 +166,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return probe_table::run(arguments, About::Law(law));
     }
     let point = arguments.point.point(&law)?;
-    probe_point(arguments, &law, &point, None)
+    probe_point(arguments, &law, &point, None, Files::default().law(&law))
 }
 
 fn probe_machine(arguments: &Arguments, file: &Path) -> Result<Ended, Failure> {
@@ -179,7 +179,8 @@ fn probe_machine(arguments: &Arguments, file: &Path) -> Result<Ended, Failure> {
     let job = super::probe_machine::load(file, &arguments.point.settings())?;
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
     let model = job.machine.model().ok_or_else(leaves)?;
-    probe_point(arguments, &model.law, &model.point, Some((&job, &model)))
+    let files = Files::reading([file]).machine(&job.machine);
+    probe_point(arguments, &model.law, &model.point, Some((&job, &model)), files)
 }
 
 /// Probes one point, which may be a machine's.
@@ -188,10 +189,15 @@ fn probe_point(
     law: &Law,
     point: &Point,
     machine: Option<(&MachineJob, &Model)>,
+    files: Files,
 ) -> Result<Ended, Failure> {
     let tolerance = arguments.tolerance;
+    files
+        .writing("--figure", arguments.figure.as_deref())
+        .writing("--orbit", arguments.orbit.as_deref())
+        .writing("--proof", arguments.proof.as_deref())
+        .check(arguments.overwrite)?;
     if let Some(path) = &arguments.proof {
-        replace::check("--proof", path, None, arguments.overwrite)?;
         proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
     }
     write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
@@ -225,9 +231,6 @@ fn write_orbit(
     point: &Point,
     model: Option<&Model>,
 ) -> Result<(), Failure> {
-    for (option, path) in [("--figure", &arguments.figure), ("--orbit", &arguments.orbit)] {
-        path.iter().try_for_each(|path| replace::check(option, path, None, arguments.overwrite))?;
-    }
     if arguments.figure.is_none() && arguments.orbit.is_none() {
         let help = "add --orbit FILE.csv or --figure FILE";
         return match arguments.from.is_some() || arguments.duration.is_some() {
@@ -401,8 +404,8 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ),
     );
     line("exit point", format!("({}, {belt})", short(oscillator.exit_x1())));
-    match answer.slip_cycles() {
-        Err(why) => line("slip cycles", format!("not determined: {}", answer.why_unknown(why))),
+    match &answer.slip {
+        Err(why) => line("slip cycles", format!("not determined: {}", answer.why_unknown(*why))),
         Ok(cycles) => {
             let count = answer.slip_count();
             let absent = match proves_absence(&answer.oscillator, &count) {
@@ -465,8 +468,18 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         let multiplier = short(cycle.multiplier);
         line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
     }
-    if let Some([from, to, error]) = answer.bistable_band() {
-        line("both attract for c", format!("{} to {}", exact(from), with_error(to, error)));
+    if let Some(band) = answer.bistable_band() {
+        let to = with_error(band.to_c, band.error);
+        let [low, high] = band.from_c_between;
+        let words = match band.from_c_reason {
+            None => format!("{} to {to}", exact(high)),
+            Some(why) => format!(
+                "from between {} and {} to {to}; where it begins is not known closer: {why}",
+                short(low),
+                short(high)
+            ),
+        };
+        line("both attract for c", words);
     }
     if let Some(BasinBoundary { kick, cycle, separates: [_, outside], .. }) = &answer.basin {
         let edge = match cycle {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::output::{exact, short};
 use super::point::check_law;
 use super::probe::Arguments;
-use super::replace;
+use super::replace::{self, Files};
 use super::report::{existing, unwritten};
 use super::run::tell_units;
 use super::threads::not_started;
@@ -51,6 +51,16 @@ pub(super) enum About<'a> {
     Machine(&'a MachineJob, &'a Path),
 }
 
+impl About<'_> {
+    /// The files that are read, `points` among them.
+    fn files<'b>(&'b self, points: &'b Path) -> Files<'b> {
+        match self {
+            About::Law(law) => Files::reading([points]).law(law),
+            About::Machine(job, file) => Files::reading([points, file]).machine(&job.machine),
+        }
+    }
+}
+
 pub(super) fn run(arguments: &Arguments, mut about: About) -> Result<Ended, Failure> {
     let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
         return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
@@ -76,7 +86,7 @@ pub(super) fn run(arguments: &Arguments, mut about: About) -> Result<Ended, Fail
     let methods = Method::usual().chain(arguments.validated.then(Method::validated)).collect();
     let job = Job { arguments, output, about, methods };
     check_header(&table, &job)?;
-    let mut output = Output::open(output, input, arguments.overwrite)?;
+    let mut output = Output::open(output, job.about.files(input), arguments.overwrite)?;
     let pool = slipmap_map::pool(arguments.threads).map_err(not_started)?;
     let bar = super::progress::bar(arguments.quiet, None, "rows");
     pool.install(|| convert(&job, table, &mut output, stop, &bar))?;
@@ -294,7 +304,7 @@ impl Output {
         }
     }
 
-    fn open(path: &Path, input: &Path, overwrite: bool) -> Result<Self, Failure> {
+    fn open(path: &Path, files: Files, overwrite: bool) -> Result<Self, Failure> {
         if path == Path::new("-") {
             return Ok(Self::Standard(tempfile::spooled_tempfile(SPOOL)));
         }
@@ -302,7 +312,7 @@ impl Output {
         if path.is_dir() {
             return Err(Failure::bad_input(format!("--out {name}: this is a folder"), "name a CSV file"));
         }
-        replace::check("--out", path, Some(input), overwrite)?;
+        files.writing("--out", Some(path)).check(overwrite)?;
         let folder = folder_of(path);
         let file = temporary_in(folder).map_err(|error| {
             let problem = format!("--out {name}: cannot write into the folder {}: {error}", folder.display());

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::plot::{TWO, width};
-use super::{Ended, Failure, interrupt, progress, replace, say};
+use super::replace::{self, Files};
+use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_figure::FigureError;
 use slipmap_files::{Existing, WriteError};
 use slipmap_format::{MapFile, StoreError};
@@ -61,7 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         arguments.map.with_file_name(name)
     });
     // Checked before the work starts.
-    replace::check("--out", &folder, None, arguments.overwrite)?;
+    Files::reading([&arguments.map]).writing("--out", Some(&folder)).check(arguments.overwrite)?;
     if folder.is_file() {
         let problem = format!("--out {}: this is a file", folder.display());
         return Err(Failure::bad_input(problem, "name a folder"));

@@ -1,5 +1,6 @@
 //! `slipmap run`: computes a map, or a shard of one.
 
+use std::cell::Cell;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -153,8 +154,19 @@ fn compute(arguments: &Arguments, job: &Job, map: PartialMap, stop: &AtomicBool)
     };
     let Arguments { threads, overwrite, resume, json, quiet, .. } = *arguments;
     let asked = Asked { threads, replaces_proof: overwrite || resume, json, quiet };
-    let stopped = |error: &ComputeError<StoreError>| stopped(&map, error, &job.output);
-    let computed = complete::compute(&asked, job, &map.found, stop, tiles, stopped)?;
+    let made = Cell::new(false);
+    let stopped = |error: &ComputeError<StoreError>| {
+        let by_others = |error| map.found.is_made_meanwhile(error);
+        made.set(matches!(error, ComputeError::Sink(error) if by_others(error)));
+        stopped(&map, error, &job.output)
+    };
+    let computed = match complete::compute(&asked, job, &map.found, stop, tiles, stopped) {
+        Err(_) if made.get() => {
+            complete_already(job, json)?;
+            return Ok(Ended::Fine);
+        }
+        computed => computed?,
+    };
     map.finish(&computed.outcome)
         .map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
     complete::report(&asked, job, &computed)
@@ -182,7 +194,7 @@ fn compute_shard(
     match computed {
         Ok(_) => {}
         // Other processes have computed all tiles, and the map has been made.
-        Err(ComputeError::Sink(_)) if map.found.is_made() => {
+        Err(ComputeError::Sink(error)) if map.found.is_made_meanwhile(&error) => {
             complete_already(job, arguments.json)?;
             return Ok(Ended::Fine);
         }

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::configuration::Configuration;
 use super::plot::{TWO, width};
-use super::replace;
+use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_report::figure::Width;
@@ -51,7 +51,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let name = arguments.configuration.config.file_stem().unwrap_or_default();
         Path::new("results").join(name)
     });
-    replace::check("--out", &folder, None, arguments.overwrite)?;
+    let config = [&arguments.configuration.config];
+    Files::reading(config)
+        .law(job.plan.grid.law())
+        .writing("--out", Some(&folder))
+        .check(arguments.overwrite)?;
     let who = contestants();
     let bar = progress::bar(arguments.quiet, Some(who.len() as u64), "settings");
     let on_row = |done: usize| bar.set_position(done as u64);

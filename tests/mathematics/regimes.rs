@@ -597,3 +597,24 @@ fn regimes_of_scattered_data_next_to_the_boundary_are_known() {
         assert_eq!(column::regime(&oscillator, &flow(&oscillator, 1e-9)), expected, "{share} of {critical}");
     }
 }
+
+/// Rows that fall and rise steeply: the error of the backbone is larger than its estimate, and no orbit closes within that.
+#[test]
+fn every_cycle_that_is_told_closes() {
+    let rows = [
+        (0.0, 1.0),
+        (0.085755, 0.69383),
+        (0.13657, 0.685699),
+        (0.15226, 0.482434),
+        (0.2444, 0.672325),
+        (0.42999, 0.642009),
+        (0.536053, 0.628703),
+    ];
+    let law = Law::Table(Table::new("falls and rises", &rows, 1.0).unwrap());
+    let oscillator = at_one(&law, &[], 0.0893421, 0.790186443677);
+    let by_map = column::slip_cycles(&oscillator, &flow(&oscillator, 1e-9), 1e-9).unwrap();
+    for cycles in [slip_cycles(&oscillator, 1e-11).unwrap(), by_map] {
+        // By turns with SciPy, of its interpolant and its method of Runge and Kutta.
+        assert!(cycles.len() == 1 && (cycles[0].velocity.hi - 0.041_155_946_6).abs() < 1e-9, "{cycles:?}");
+    }
+}

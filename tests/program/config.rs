@@ -395,3 +395,25 @@ fn messages_quote_the_beginning_of_long_texts_only() {
     check(config(format!("{grid}\"{long}\" = 3\n")));
     check(config(coefficients.replace("translation", &long)));
 }
+
+/// Of two values of one quantity neither wins silently.
+#[test]
+fn what_is_said_twice_is_refused() {
+    let scratch = Scratch::new();
+    scratch.run("init machine").ends_with(0);
+    scratch.run("init grid").ends_with(0);
+    let point = "probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5";
+    let formula = "probe --phi mu+(1-mu)*exp(-u) --epsilon 0.1 --V 1 --c 0.5";
+    for command in [
+        &format!("{point} --set c=0.9"),
+        &format!("{formula} --set mu=0.5 --set mu=0.6"),
+        "probe --machine machine.toml --set belt_speed=0.1 --set belt_speed=1rpm",
+        "machine machine.toml --set damping=1 --set damping=2",
+        "machine machine.toml --set damping=1 --set machine.damping=2",
+        "machine machine.toml --set mass=1 --set inertia=2",
+        "run grid.toml --dry-run --set simulation.tolerance=1e-8 --set simulation.tolerance=1e-9",
+        "run grid.toml --dry-run --set simulation.tolerance=1e-8 --set simulation={}",
+    ] {
+        scratch.run(command).refuses(&["twice"]);
+    }
+}

@@ -146,8 +146,8 @@ fn a_report_has_a_table_in_si_units() {
         words.contains("<dt>amplitude</dt>") && words.contains(" at belt speed 0.1 m/s and damping 20 N s/m")
     );
     // Where the mass varies, the machine of the report is that of its figures, and named.
-    let masses = "--overwrite --set machine.mass=[1.0,4.0] --set machine.belt_speed=[0.1,0.2]";
-    scratch.run(&format!("{run} {masses}")).ends_with(0);
+    let run = run.replace("machine.belt_speed=[0.05,0.1,0.4]", "machine.belt_speed=[0.1,0.2]");
+    scratch.run(&format!("{run} --overwrite --set machine.mass=[1.0,4.0]")).ends_with(0);
     scratch.run("report map.h5 --out report --overwrite").ends_with(0);
     let words = scratch.read("report/report.html");
     words.says(&["What the machine does at damping 20 N s/m, mass = 1 kg"]);

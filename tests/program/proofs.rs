@@ -59,9 +59,9 @@ fn a_proof_in_the_way_of_another_file_is_refused_before_anything_is_computed() {
     fs::create_dir(scratch.path().join("folder")).unwrap();
     scratch.file("notes.txt", "mine");
     for (place, problem) in [
-        ("map.h5", "is the place of the map itself"),
-        ("./map.h5", "is the place of the map itself"),
-        ("folder/../map.h5", "is the place of the map itself"),
+        ("map.h5", "what output.path names is written there"),
+        ("./map.h5", "what output.path names is written there"),
+        ("folder/../map.h5", "what output.path names is written there"),
         ("job.toml", "this is what is read"),
         ("folder", "this is a folder"),
         ("notes.txt/proof.json", "cannot"),

@@ -198,3 +198,39 @@ fn a_full_disk_in_a_merge_loses_nothing() {
     }
     merges(&scratch, &reference);
 }
+
+/// Another process that begins to make the map removes what this one has written of it: it begins anew.
+#[test]
+fn a_merge_whose_unfinished_map_is_removed_makes_the_map() {
+    let scratch = scratch();
+    let reference = reference(&scratch);
+    drop(finishes(shard(&scratch, 1, 1)));
+    let removes = || {
+        let names = fs::read_dir(scratch.path()).unwrap().map(|entry| entry.unwrap().path());
+        let unfinished: Vec<_> = names.filter(|path| path.to_string_lossy().contains(".part-map.")).collect();
+        unfinished.iter().any(|path| fs::remove_file(path).is_ok())
+    };
+    let mut merge = scratch.start("merge job.toml");
+    while !removes() {
+        assert!(merge.try_wait().unwrap().is_none(), "it ended before its map was seen");
+    }
+    let ended = merge.wait_with_output().unwrap();
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+    merges(&scratch, &reference);
+}
+
+/// Processes that make one map at the same time all end well.
+#[test]
+fn merges_at_the_same_time_all_end_well() {
+    let scratch = scratch();
+    let reference = reference(&scratch);
+    for _ in 0..5 {
+        let _ = fs::remove_file(scratch.path().join("map.h5"));
+        drop(finishes(shard(&scratch, 1, 1)));
+        let all: Vec<Child> = (0..3).map(|_| scratch.start("merge job.toml")).collect();
+        for ended in all.into_iter().map(|merge| merge.wait_with_output().unwrap()) {
+            assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+        }
+    }
+    merges(&scratch, &reference);
+}

@@ -11,14 +11,12 @@ use crate::slip_cycle::TIGHT;
 use crate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
 use crate::{CriticalDamping, Neighbour, critical_damping};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
-use slipmap_model::flow::{Failure, Flow};
+use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::{Column, Curve, Range};
 use slipmap_numbers::text::rounded;
 use slipmap_orbits::Cycle;
 use slipmap_orbits::far_loops::FarLoops;
 
-/// Least error, relative to the largest |C|, of a coarse backbone that is far above [`COARSE`].
-const ROUGH: f64 = 1e-3;
 /// Tolerance of C(V) of a curve with a drop.
 const GRAZING: f64 = 1e-11;
 
@@ -105,35 +103,19 @@ impl<'a> Behaviour<'a> {
     /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, with bounds
     /// of their amplitudes that are as narrow as possible; `None` if the cycles are unknown.
     fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
-        let cycles = self.cycles(viscous, end, |ends| self.read_fine(viscous, ends))?;
-        // Without a backbone the amplitudes are bounded by 0 and the belt speed.
-        let narrowed = |cycle: CycleRange| match self.fine.get() {
-            Some(Ok(backbone)) => CycleRange { between: backbone.narrowed(&cycle, viscous), ..cycle },
-            Some(Err(_)) | None => cycle,
-        };
-        Some(cycles.into_iter().map(narrowed).collect())
+        self.cycles(viscous, end, |ends| {
+            self.read(viscous, |backbone| {
+                let cycles = backbone.cycles(viscous, ends.stable, ends.returns)?;
+                Some(cycles.into_iter().map(|cycle| backbone.narrowed(cycle, viscous)).collect())
+            })
+        })
     }
 
     /// As [`Self::slip_cycles`], between any bounds: for the number and the stability of the cycles.
     pub fn count(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
-        self.cycles(viscous, end, |ends| match self.coarse(viscous, ends) {
-            Ok(None) if self.is_rough() => {
-                self.coarse.borrow().last()?.as_ref().ok()?.cycles(viscous, ends.stable, ends.returns)
-            }
-            Ok(None) => self.read_fine(viscous, ends),
-            Ok(cycles) => cycles,
-            // Where a coarse backbone fails, a fine one does.
-            Err(_) => None,
+        self.cycles(viscous, end, |ends| {
+            self.read(viscous, |backbone| backbone.cycles(viscous, ends.stable, ends.returns))
         })
-    }
-
-    /// Whether the last coarse backbone is that of a law with corners, and its error far above the tolerance: that of
-    /// scattered data. A fine one takes twice as long and has about the same error.
-    fn is_rough(&self) -> bool {
-        let coarse = self.coarse.borrow();
-        let Some(Ok(last)) = coarse.last() else { return false };
-        let size = last.turning_points().iter().map(|turn| turn.viscous.abs()).fold(0.0, f64::max);
-        !self.curve.corners().is_empty() && last.error > ROUGH * size
     }
 
     /// The reason why the slip cycles are unknown, where they are.
@@ -141,9 +123,10 @@ impl<'a> Behaviour<'a> {
         if self.slip_cycles(oscillator.viscous, End::of(flow)).is_some() {
             return None;
         }
-        match (oscillator.stability(), self.fine.get(), self.coarse.borrow().last()) {
+        match (oscillator.stability(), self.fine.get(), self.coarse.borrow().last(), flow.fate) {
             (Stability::Neutral, ..) => Some(Unknown::Neutral),
-            (_, Some(Err(failed)), _) | (_, _, Some(Err(failed))) => Some((*failed).into()),
+            (_, Some(Err(failed)), ..) | (_, _, Some(Err(failed)), _) => Some((*failed).into()),
+            (.., Fate::Failed(failed)) => Some(failed.into()),
             _ => Some(Unknown::TooClose),
         }
     }
@@ -159,11 +142,13 @@ impl<'a> Behaviour<'a> {
     }
 
     /// Whether the orbit from (V, 0) returns to the belt line, where that from the exit point ends as `end`;
-    /// `None` if that is unknown. Only with a drop are they two orbits: then C(V) < eps c*.
+    /// `None` if that is unknown. Only with a drop are they two orbits: then C(V) < eps c*. By C(V), too, where the orbit
+    /// from the exit point cannot be followed to its end.
     fn grazing_returns(&self, viscous: f64, end: End) -> Option<bool> {
-        let returns = end.returns()?;
-        if !returns || self.curve.drop() == 0.0 {
-            return Some(returns);
+        match end.returns() {
+            Some(true) if self.curve.drop() > 0.0 => {}
+            None => {}
+            known => return known,
         }
         let column = || Column {
             curve: self.curve.without_drop(),
@@ -184,23 +169,24 @@ impl<'a> Behaviour<'a> {
         read: impl FnOnce(Ends) -> Option<Vec<CycleRange>>,
     ) -> Option<Vec<CycleRange>> {
         let stable = self.equilibrium_attracts(viscous)?;
-        let returns = self.grazing_returns(viscous, end)?;
         let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
         if even.excludes(viscous) {
             return Some(Vec::new());
         }
+        let returns = self.grazing_returns(viscous, end)?;
         if self.curve.weakening_is_convex() {
             // There is at most one cycle: a repelling one if the equilibrium is stable and the orbit returns,
             // an attracting one if neither holds.
             let between = [0.0, self.belt_speed];
-            let one = CycleRange { between, is_stable: !returns };
+            let one = CycleRange::between(between, !returns);
             return Some(if stable == returns { vec![one] } else { Vec::new() });
         }
         read(Ends { stable, returns })
     }
 
-    /// The cycles as read from the first coarse backbone that is reliable at `viscous`; `None` if none is.
-    fn coarse(&self, viscous: f64, ends: Ends) -> Result<Option<Vec<CycleRange>>, Failure> {
+    /// What is read from the first coarse backbone that is reliable at `viscous`, from the last where it is rough, or else
+    /// from the fine one.
+    fn read<T>(&self, viscous: f64, read: impl FnOnce(&Backbone) -> Option<T>) -> Option<T> {
         let mut coarse = self.coarse.borrow_mut();
         let mut level = 0;
         loop {
@@ -208,35 +194,31 @@ impl<'a> Behaviour<'a> {
                 let finer = match coarse.last() {
                     None => Backbone::coarsest(self.curve, self.belt_speed, COARSE).map(Some),
                     Some(Ok(last)) => last.refined(self.curve, COARSE),
-                    Some(Err(failure)) => return Err(*failure),
+                    // Where a coarse backbone fails, a fine one does.
+                    Some(Err(_)) => return None,
                 };
-                let Some(finer) = finer.transpose() else { return Ok(None) };
-                coarse.push(finer);
+                match (finer.transpose(), coarse.last()) {
+                    (Some(finer), _) => coarse.push(finer),
+                    (None, Some(Ok(last))) if last.is_rough(self.curve) => return read(last),
+                    (None, _) => return read(self.backbone()?),
+                }
             }
             match &coarse[level] {
-                Ok(backbone) if backbone.is_reliable_at(viscous) => {
-                    return Ok(backbone.cycles(viscous, ends.stable, ends.returns));
-                }
+                Ok(backbone) if backbone.is_reliable_at(viscous) => return read(backbone),
                 _ => level += 1,
             }
         }
-    }
-
-    fn read_fine(&self, viscous: f64, ends: Ends) -> Option<Vec<CycleRange>> {
-        self.fine()?.cycles(viscous, ends.stable, ends.returns)
-    }
-
-    fn fine(&self) -> Option<&Backbone> {
-        if self.coarse.borrow().last().is_some_and(Result::is_err) {
-            return None;
-        }
-        self.backbone()
     }
 
     /// The backbone of full accuracy; `None` where an orbit fails.
     pub fn backbone(&self) -> Option<&Backbone> {
         let make = || Backbone::of_curve(self.curve, self.belt_speed, BACKBONE_TOLERANCE);
         self.fine.get_or_init(make).as_ref().ok()
+    }
+
+    /// The reason why the backbone of full accuracy is unknown, if it was asked for.
+    pub fn backbone_unknown(&self) -> Option<Unknown> {
+        self.fine.get()?.as_ref().err().map(|failed| (*failed).into())
     }
 
     /// The regime at eps c = `viscous`: the set of attractors, from the backbone `interpolated` where it
@@ -256,6 +238,7 @@ impl<'a> Behaviour<'a> {
         let by_interpolation = || interpolated?.attracts(viscous, equilibrium, end.returns()?);
         let counted = || Some(self.count(viscous, end)?.iter().any(|cycle| cycle.is_stable));
         let attractors = || {
+            end.returns()?;
             Some(Attractors {
                 equilibrium,
                 slip: by_interpolation().or_else(counted)?,
@@ -271,10 +254,23 @@ impl<'a> Behaviour<'a> {
         self.regime(oscillator.viscous, End::of(flow), None, false)
     }
 
-    /// The long-run behaviour of a point, as [`Self::regime_of`].
+    /// All slip cycles of a point, by growing amplitude.
+    fn located(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+        match self.slip_cycles(oscillator.viscous, End::of(flow)) {
+            Some(all) => all.iter().map(|cycle| locate(oscillator, cycle, tolerance.min(TIGHT))).collect(),
+            None => Err(self.slip_cycles_unknown(oscillator, flow).unwrap_or(Unknown::TooClose)),
+        }
+    }
+
+    /// The long-run behaviour of a point, as [`Self::regime_of`]; what was counted and does not close is no regime.
     pub fn long_run(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
+        let slip = self.located(oscillator, flow, tolerance);
         LongRun {
-            regime: self.regime_of(oscillator, flow),
+            regime: match slip {
+                Err(Unknown::NotClosed) => Regime::Failed,
+                _ => self.regime_of(oscillator, flow),
+            },
+            slip,
             cycle: self.attracting_cycle(oscillator, End::of(flow), tolerance),
             basin: self.basin_boundary(oscillator, End::of(flow), tolerance),
         }
@@ -363,6 +359,8 @@ impl<'a> Behaviour<'a> {
 pub struct LongRun {
     /// The set of attractors.
     pub regime: Regime,
+    /// The slip cycles, by growing amplitude.
+    pub slip: Result<Vec<Cycle>, Unknown>,
     /// The attracting cycle: the stick-slip or the crossing cycle, or else the largest attracting slip cycle.
     /// `None` if there is none, or if its orbit cannot be computed.
     pub cycle: Option<Cycle>,
@@ -373,6 +371,15 @@ pub struct LongRun {
 /// The long-run behaviour of a point, from one backbone; `flow` is that of its orbit from the exit point.
 pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).long_run(oscillator, flow, tolerance)
+}
+
+/// The slip cycles of a point, by growing amplitude: those of its regime, its basin and their number; `flow` is that of its
+/// orbit from the exit point.
+///
+/// # Errors
+/// [`Unknown`].
+pub fn slip_cycles(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).located(oscillator, flow, tolerance)
 }
 
 /// The words for orbits that are left out: friction pushes from the slip speed `from` on.

@@ -141,7 +141,7 @@ fn is_overdamped(oscillator: &Oscillator) -> bool {
 /// The coarsest backbone that has all extremes, none of them next to the damping of the oscillator, or that of this
 /// tolerance.
 fn enough_backbone(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<Backbone> {
-    let is_enough = |it: &Backbone| it.has_all_extremes() && it.is_reliable_at(oscillator.viscous);
+    let is_enough = |it: &Backbone, _: bool| it.has_all_extremes() && it.is_reliable_at(oscillator.viscous);
     Backbone::enough(oscillator, tolerance, work, is_enough).ok()
 }
 

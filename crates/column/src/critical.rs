@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use slipmap_model::filippov::Oscillator;
-use slipmap_model::flow::Fate;
+use slipmap_model::flow::{Failure, Fate};
 use slipmap_model::friction::Column;
 use slipmap_numbers::text::rounded;
 use slipmap_orbits::closing::{Amplitude, closing_dampings};
@@ -159,22 +159,60 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
 }
 
-/// The lowest damping in `[low, high]` from which the orbit from the exit point sticks, given that it sticks
-/// just below `high`. Along c the fates have a fixed order: crossing, sticking, inward.
-pub fn sticks_from(column: &Column, [low, high]: [f64; 2], tolerance: f64) -> f64 {
-    let sticks = |c: f64| {
-        let fate = flow(&Oscillator::in_column(column, c), tolerance).fate;
-        !matches!(fate, Fate::CrossesForever | Fate::Failed(_))
-    };
-    if sticks(low) {
-        return low;
+/// From which damping on the orbit from the exit point sticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SticksFrom {
+    /// Bounds of it. The first is the greatest damping at which the orbit is known to cross for ever, or the least that was
+    /// asked; the second is the least at which it is known to stick. They are equal where it sticks from the least on.
+    pub between: [f64; 2],
+    /// Why orbits between them cannot be followed, where that keeps the bounds apart.
+    pub failure: Option<Failure>,
+}
+
+impl SticksFrom {
+    /// The damping from which on the orbit is known to stick, where the bounds agree to 1 %.
+    #[must_use]
+    pub fn known(&self) -> Option<f64> {
+        let [low, high] = self.between;
+        is_known(high, high - low).then_some(high)
     }
-    let (mut low, mut high) = (low, high);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        *(if sticks(middle) { &mut high } else { &mut low }) = middle;
+}
+
+/// The lowest damping in `[low, high]` from which the orbit from the exit point sticks, given that it sticks just below
+/// `high`; in 2^-`halvings` of that range, as far as orbits can be followed.
+///
+/// Along c the fates have a fixed order: crossing, sticking, inward. So an orbit that crosses bounds that damping from
+/// below, and one that sticks from above. An orbit that fails, or is too close to call, does neither.
+#[must_use]
+pub fn sticks_from(column: &Column, [low, high]: [f64; 2], halvings: u32, tolerance: f64) -> SticksFrom {
+    let fate_at = |c: f64| flow(&Oscillator::in_column(column, c), tolerance).fate;
+    let (mut below, mut fate, mut sticking) = (low, fate_at(low), high);
+    if matches!(fate, Fate::Sticks(_) | Fate::SpiralsInward) {
+        return SticksFrom { between: [low; 2], failure: None };
     }
-    high
+    let (mut crossing, mut failure) = (None, None);
+    for _ in 0..halvings {
+        match fate {
+            Fate::CrossesForever => crossing = Some(below),
+            // Of the lowest damping: next to where orbits can be followed again they may fail for other reasons.
+            Fate::Failed(why) => failure = failure.or(Some(why)),
+            Fate::Sticks(_) | Fate::SpiralsInward | Fate::TooCloseToCall => {}
+        }
+        let middle = 0.5 * (below + sticking);
+        match fate_at(middle) {
+            Fate::Sticks(_) | Fate::SpiralsInward => sticking = middle,
+            other => (below, fate) = (middle, other),
+        }
+    }
+    if fate == Fate::CrossesForever {
+        return SticksFrom { between: [below, sticking], failure: None };
+    }
+    let Some(mut crossing) = crossing else { return SticksFrom { between: [low, sticking], failure } };
+    for _ in 0..halvings {
+        let middle = 0.5 * (crossing + below);
+        *(if fate_at(middle) == Fate::CrossesForever { &mut crossing } else { &mut below }) = middle;
+    }
+    SticksFrom { between: [crossing, sticking], failure }
 }
 
 /// Two dampings around c*, by the even part of the divergence (theory, "The tests"), widened a little. With a
@@ -202,8 +240,8 @@ fn search_bounds(column: &Column) -> [f64; 2] {
     [if low.is_finite() { low } else { far(-1.0) }, if high.is_finite() { high } else { far(1.0) }]
 }
 
-/// Number of bisections for the damping from which orbits stick.
-const HALVINGS: u32 = 40;
+/// Number of bisections that locate the damping from which orbits stick to 10^-12 of a range.
+pub const HALVINGS: u32 = 40;
 
 #[cfg(test)]
 mod tests {
@@ -284,5 +322,26 @@ mod tests {
     fn a_number_is_told_up_to_an_error_of_one_per_cent() {
         assert!(is_known(0.05, 4e-4) && !is_known(0.05, 6e-4) && is_known(0.0, 1e-10));
         assert!(!is_known(f64::NAN, 0.1) && !is_known(1.0, f64::NAN) && !is_known(1.0, f64::INFINITY));
+    }
+    /// Rows whose end the orbits of low dampings pass: from which damping on orbits stick is not known there.
+    #[test]
+    fn an_orbit_that_leaves_the_data_is_on_neither_side() {
+        let rows = |number: u32| -> Vec<(f64, f64)> {
+            let row = |i: u32| 1.0125 * f64::from(i) / 40.0;
+            (0..number).map(row).map(|u| (u, 0.6 + 0.4 * (-2.0 * u).exp())).collect()
+        };
+        let column = |number: u32| {
+            let law = Law::Table(Table::new("falls", &rows(number), 1.0).unwrap());
+            law.column(&law.point(1.0, &[], 0.5, 0.0).unwrap())
+        };
+        let critical = critical_damping(&column(41), 1e-9).unwrap().c;
+        let of = |number: u32, low: f64| sticks_from(&column(number), [low, critical], HALVINGS, 1e-9);
+        let short = of(41, 0.29);
+        // By another integration the law itself reaches the end of the data at c = 0.3162127; steps may pass it by 1e-5.
+        assert!(short.between[0] == 0.29 && (short.between[1] - 0.316_212_7).abs() < 2e-5, "{short:?}");
+        assert!(short.failure == Some(Failure::NotFinite) && short.known().is_none(), "{short:?}");
+        for known in [of(80, 0.29), of(41, 0.317)] {
+            assert!(known.between[0] == known.between[1] && known.failure.is_none(), "{known:?}");
+        }
     }
 }

@@ -10,7 +10,7 @@
 //! exp(integral of D) times the ratio of the passing speeds |x2'|, start over end, each by the field of the
 //! arc. The slope of the loop map is the product over both arcs.
 
-use super::slip_cycle::Unknown;
+use super::slip_cycle::{Unknown, is_closed};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::flow::{Failure, Fate, Flow, Landing};
 use slipmap_model::friction::Range;
@@ -82,11 +82,17 @@ fn passage(
     if up.w <= oscillator.fastest_sticking() {
         return Ok(Passage { up: Some(up), down: None });
     }
-    let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, scale, work);
+    let upper = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, scale, work);
+    let mut upper = upper.starting_with(up.spread / up.w);
     Ok(Passage { up: Some(up), down: Some(upper.upper_arc(visit)?) })
 }
 
 impl Passage {
+    /// Estimate of the error of the place at which the orbit comes back from above.
+    fn error(&self) -> f64 {
+        self.down.as_ref().map_or(f64::INFINITY, |down| down.spread / -down.w)
+    }
+
     /// The loop of an orbit that started `y` beyond the exit point.
     fn end(&self, oscillator: &Oscillator, y: f64) -> Loop {
         let Passage { up: Some(up), down } = self else { return Loop::SpiralsInward };
@@ -268,20 +274,34 @@ impl<'a> Search<'a> {
 
     /// The cycle between two distances beyond the exit point, of which one leads outward and one inward, and its own;
     /// `None` if loops change from outward to sticking there without passing through a cycle.
-    fn cycle_between(&self, between: [f64; 2], low_outward: bool) -> Result<Option<(f64, Cycle)>, Failure> {
+    fn cycle_between(&self, between: [f64; 2], low_outward: bool) -> Result<Option<(f64, Cycle)>, Unknown> {
         let Self { oscillator, tolerance, work, .. } = *self;
-        let (y, (end, Extent { velocity, displacement })) =
+        let mut sticks_at = f64::NAN;
+        let (y, (from, passage, Extent { velocity, displacement })) =
             fixed_point(between, low_outward, tolerance, |y| {
                 let mut extent = Extent::default();
                 let visit = |walk: &mut Walk, from: &State, to: &State| extent.step(walk, from, to);
-                let here = passage(oscillator, y, tolerance, work, visit)?.end(oscillator, y);
+                let passage = passage(oscillator, y, tolerance, work, visit)?;
+                let here = passage.end(oscillator, y);
                 let returns = match here {
                     Loop::Crosses { beyond_exit, slope, .. } => Some([beyond_exit, slope]),
-                    Loop::Sticks | Loop::SpiralsInward => None,
+                    Loop::Sticks | Loop::SpiralsInward => {
+                        sticks_at = y;
+                        None
+                    }
                 };
-                Ok((outward(y, &here), returns, (here, extent)))
+                Ok::<_, Failure>((outward(y, &here), returns, (y, passage, extent)))
             })?;
-        let Loop::Crosses { slope: multiplier, time: period, .. } = end else { return Ok(None) };
+        let Loop::Crosses { beyond_exit, slope: multiplier, time: period } = passage.end(oscillator, from)
+        else {
+            return Ok(None);
+        };
+        // Far from a fixed point Newton's last step may be short where the map is steep.
+        let located = tolerance * y * (1.0 - multiplier).abs().max(1.0);
+        if !is_closed(from, beyond_exit, passage.error(), located) {
+            let is_jump = (sticks_at - from).abs() <= tolerance * y;
+            return if is_jump { Ok(None) } else { Err(Unknown::NotClosed) };
+        }
         Ok(Some((y, Cycle { period, displacement, velocity, multiplier, beyond_exit: Some(y) })))
     }
 }

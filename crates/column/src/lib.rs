@@ -20,8 +20,8 @@ pub mod slip_cycle;
 mod verdict;
 
 pub use behaviour::{BasinBoundary, Behaviour, Behaviours, LongRun, long_run};
-pub use behaviour::{left_out, regime, slip_cycle_count};
-pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, sticks_from};
+pub use behaviour::{left_out, regime, slip_cycle_count, slip_cycles};
+pub use critical::{CriticalDamping, HALVINGS, NoCriticalDamping, SticksFrom, critical_damping, sticks_from};
 pub use end::End;
 pub use method::Method;
 pub use neighbours::{Neighbour, crossing_separates, separates};

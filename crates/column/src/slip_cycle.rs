@@ -72,6 +72,9 @@ pub enum Unknown {
     /// Near a fold, where two cycles meet: whether there are two or none is within the error.
     #[error("two cycles meet within the error")]
     TooClose,
+    /// No orbit closes within its error where one was read from those of other dampings.
+    #[error("the orbit that was taken for a cycle does not close within its error")]
+    NotClosed,
     /// The equilibrium is neutral: nothing tells whether orbits next to it lead outward or inward.
     #[error("steady slip is neutral: orbits next to it neither grow nor decay within rounding errors")]
     Neutral,
@@ -107,44 +110,70 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>
     };
     let belt_speed = oscillator.belt_speed;
     let work = Work::of_question(&oscillator.curve);
-    let is_enough = |it: &Backbone| it.is_reliable_at(oscillator.viscous);
+    let is_enough = |it: &Backbone, is_last: bool| {
+        it.is_reliable_at(oscillator.viscous) || is_last && it.is_rough(&oscillator.curve)
+    };
     let backbone = Backbone::enough(oscillator, BACKBONE_TOLERANCE, &work, is_enough)?;
     work.renew();
     let returns = outward(belt_speed, &turn_within(oscillator, belt_speed, tolerance, &work)?);
     let cycles = backbone.cycles(oscillator.viscous, stable, returns).ok_or(Unknown::TooClose)?;
-    let narrowed = cycles.iter().map(|cycle| CycleRange {
-        between: backbone.narrowed(cycle, oscillator.viscous),
-        is_stable: cycle.is_stable,
-    });
-    Ok(narrowed.map(|cycle| locate(oscillator, &cycle, tolerance)).collect::<Result<_, _>>()?)
+    let narrowed = cycles.into_iter().map(|cycle| backbone.narrowed(cycle, oscillator.viscous));
+    narrowed.map(|cycle| locate(oscillator, &cycle, tolerance)).collect()
 }
 
 /// Computes the slip cycle whose amplitude has known bounds and whose stability is known.
-pub fn locate(oscillator: &Oscillator, cycle: &CycleRange, tolerance: f64) -> Result<Cycle, Failure> {
+///
+/// # Errors
+/// [`Unknown`] where an orbit fails, or none closes.
+pub fn locate(oscillator: &Oscillator, cycle: &CycleRange, tolerance: f64) -> Result<Cycle, Unknown> {
     let work = Work::of_question(&oscillator.curve);
-    let (radius, (end, extent)) = fixed_point(cycle.between, true, tolerance, |radius| {
+    let CycleRange { near, between, is_stable } = *cycle;
+    // The error of a backbone is an estimate: where no orbit closes within it, one does between the extremes.
+    match locate_between(oscillator, near, is_stable, tolerance, &work) {
+        Err(Unknown::NotClosed) if near != between => {
+            locate_between(oscillator, between, is_stable, tolerance, &work)
+        }
+        found => found,
+    }
+}
+
+fn locate_between(
+    oscillator: &Oscillator,
+    between: [f64; 2],
+    is_stable: bool,
+    tolerance: f64,
+    work: &Work,
+) -> Result<Cycle, Unknown> {
+    let (radius, (from, end, extent)) = fixed_point(between, true, tolerance, |radius| {
         let mut extent = Extent::default();
-        let end = walk_towards(oscillator, radius, cycle.is_stable, tolerance, &work)
+        let end = walk_towards(oscillator, radius, is_stable, tolerance, work)
             .lower_arc(|walk, from, to| extent.step(walk, from, to))?;
         let turn = SlipTurn::of(radius, &end);
         let returns = match turn {
             SlipTurn::Returns { radius: next, slope, .. } => Some([next, slope]),
             SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => None,
         };
-        Ok((outward(radius, &turn), returns, (end, extent)))
+        Ok::<_, Failure>((outward(radius, &turn), returns, (radius, end, extent)))
     })?;
-    let (LowerEnd::Turns(State { growth, time, .. }) | LowerEnd::Meets(State { growth, time, .. })) = end
-    else {
-        // The orbit came to rest, which a cycle does only where round-off ends it.
-        return Err(Failure::StepUnderflow);
-    };
+    let (LowerEnd::Turns(end) | LowerEnd::Meets(end)) = end else { return Err(Unknown::NotClosed) };
+    let State { v, w, growth, time, spread, .. } = end;
+    let returned = v.hypot(w);
+    if !is_closed(from, returned, spread / returned, tolerance * radius) {
+        return Err(Unknown::NotClosed);
+    }
     Ok(Cycle {
         period: time,
         displacement: extent.displacement,
         velocity: Range { hi: radius, ..extent.velocity },
-        multiplier: if cycle.is_stable { growth.exp() } else { (-growth).exp() },
+        multiplier: if is_stable { growth.exp() } else { (-growth).exp() },
         beyond_exit: None,
     })
+}
+
+/// Whether an orbit that began at `from` came back there: within the `error` of its way, and what a fixed point was
+/// located to. A search between two places ends somewhere, whether an orbit closes there or not.
+pub(super) fn is_closed(from: f64, returned: f64, error: f64, located: f64) -> bool {
+    (returned - from).abs() <= error + located
 }
 
 /// A walk from (x2, x2') = (`radius`, 0) in the direction of time in which a slip cycle attracts. A walk

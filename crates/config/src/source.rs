@@ -56,7 +56,8 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Reads `file` and applies the overrides in turn, each `key.path=value`.
+    /// Reads `file` and applies the overrides in turn, each `key.path=value`; refuses one that an earlier one would be
+    /// lost by.
     pub(super) fn load(file: &Path, sets: &[String]) -> Result<Self, ConfigError> {
         let original = parse(file, read(file)?)?;
         let effective = original.clone().into_mut();
@@ -94,6 +95,11 @@ impl Source {
         let Some((last, parents)) = keys.split_last() else {
             return Err(error("it names no key".into(), usage));
         };
+        let path: Vec<Step> = keys.iter().map(|key| Step::Key(key.get().into())).collect();
+        if let Some(twice) = self.overrides.iter().find(|set| set.path.starts_with(&path)) {
+            let problem = format!("it is set twice, here and by --set {}", twice.argument);
+            return Err(error(problem, "leave one of them out"));
+        }
         let mut table: &mut dyn TableLike = self.effective.as_table_mut();
         for (depth, key) in parents.iter().enumerate() {
             // Sections become [tables], anything deeper an inline table, as a person would write them.
@@ -117,7 +123,6 @@ impl Source {
             }
             None => drop(table.insert(last.get(), Item::Value(value))),
         }
-        let path = keys.iter().map(|key| Step::Key(key.get().into())).collect();
         self.overrides.push(Override { argument: argument.into(), path });
         Ok(())
     }

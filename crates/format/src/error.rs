@@ -135,6 +135,16 @@ pub enum StoreError {
 }
 
 impl StoreError {
+    /// Whether a file is gone that was there.
+    #[must_use]
+    pub fn is_gone(&self) -> bool {
+        match self {
+            StoreError::Gone(_) => true,
+            StoreError::Io { source, .. } => source.kind() == io::ErrorKind::NotFound,
+            _ => false,
+        }
+    }
+
     /// Maps a failure of the file system to its variant.
     pub(super) fn io(doing: impl Into<String>, path: &Path, source: io::Error) -> Self {
         let (doing, path) = (doing.into(), path.to_path_buf());

@@ -13,6 +13,7 @@ use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tempfile::TempPath;
 
 use slipmap_files::{Existing, folder_of};
 use slipmap_map::dataset::{Outcome, Provenance, Value, attributes};
@@ -33,6 +34,9 @@ const SHARDS: &str = "shards";
 
 /// Number of bytes of frames that are read at once.
 const WINDOW: u64 = 1 << 24;
+
+/// Number of times that a map is begun which other processes remove: each of them does so once.
+const ATTEMPTS: usize = 8;
 
 /// Largest number of runs that the history of a map lists.
 const LISTED_RUNS: usize = 20;
@@ -251,9 +255,16 @@ impl Journals {
     /// and so has removed what this one needs.
     pub(super) fn settle(&self, made: Result<(), StoreError>) -> Result<(), StoreError> {
         match made {
-            Err(error) if self.existing == Existing::Replace || !self.is_made() => Err(error),
+            Err(error) if !self.is_made_meanwhile(&error) => Err(error),
             _ => remove_parts(&self.output),
         }
+    }
+
+    /// Whether an error is that of a process that needs no longer do its work: another one has made the same map. Where an
+    /// older one was to be replaced, it may be that one, unless what was being written has been removed.
+    #[must_use]
+    pub fn is_made_meanwhile(&self, error: &StoreError) -> bool {
+        (self.existing == Existing::Refuse || error.is_gone()) && self.is_made()
     }
 
     /// Whether the map is there and complete.
@@ -267,10 +278,30 @@ impl Journals {
             let (missing, tiles) = (self.tiles() - self.finished_tiles(), self.tiles());
             return Err(StoreError::Incomplete { path: self.output.clone(), missing, tiles, first });
         }
+        // Those of killed processes. One that makes the map at the same time loses its own, and begins anew.
         remove_unfinished(&self.output);
-        let temporary = slipmap_files::temporary(&beside(&self.output, UNFINISHED)?)
-            .map_err(|source| StoreError::io("write", &self.output, source))?
-            .into_temp_path();
+        for _ in 0..ATTEMPTS {
+            let mut temporary = slipmap_files::temporary(&beside(&self.output, UNFINISHED)?)
+                .map_err(|source| StoreError::io("write", &self.output, source))?
+                .into_temp_path();
+            // Removed below, which tells whether it is still there.
+            temporary.disable_cleanup(true);
+            let path = temporary.to_path_buf();
+            match self.write(temporary, outcome) {
+                Err(StoreError::Overtaken { path, kept }) => {
+                    return Err(StoreError::Overtaken { path, kept });
+                }
+                Err(error) => match fs::remove_file(path) {
+                    Err(gone) if gone.kind() == io::ErrorKind::NotFound && !self.is_made() => {}
+                    _ => return Err(error),
+                },
+                Ok(()) => return Ok(()),
+            }
+        }
+        Err(StoreError::Gone(self.output.clone()))
+    }
+
+    fn write(&self, temporary: TempPath, outcome: &Outcome) -> Result<(), StoreError> {
         let (opening, history) = (&self.opening, self.history());
         let mut map = MapWriter::begin(&self.output, temporary, &self.plan, opening, history, self.existing)?;
         let mut first = 0;

@@ -20,7 +20,7 @@ use slipmap_column::backbone::Backbone;
 use slipmap_column::critical::is_known;
 use slipmap_column::crossing::crossing_cycles;
 use slipmap_column::slip_cycle::{Kick, Unknown, none_proved};
-use slipmap_column::{LongRun, Method, Regime, Verdict, sticks_from};
+use slipmap_column::{HALVINGS, LongRun, Method, Regime, Verdict, sticks_from};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::Column;
@@ -260,7 +260,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let beyond_data = beyond_data(machine, &behaviour);
     let is_missing = vibrates_below.is_none() || !has_kick;
     let slip_cycles_unknown = is_missing
-        .then(|| attractors.slip_cycles_unknown(&oscillator, &flow))
+        .then(|| attractors.slip_cycles_unknown(&oscillator, &flow).or_else(|| attractors.backbone_unknown()))
         .flatten()
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
     let highest = stick_slip.holds.last().map(|[_, end]| *end);
@@ -279,9 +279,9 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let folds = backbone.iter().flat_map(|backbone| backbone.turning_points()).map(|turn| turn.viscous);
     // On fast belts the orbit from the exit point crosses for ever below a damping, which may be next to c*.
     let lands = is_positive(&column, critical) && critical.is_finite();
-    let lands = lands.then(|| sticks_from(&column, [0.0, critical], TOLERANCE));
+    let lands = lands.then(|| sticks_from(&column, [0.0, critical], HALVINGS, TOLERANCE).between);
     let changes = folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]);
-    let changes: Vec<f64> = changes.chain(lands).collect();
+    let changes: Vec<f64> = changes.chain(lands.into_iter().flatten()).collect();
     let dampings = intervals::of_dampings(&column, units.damping, &changes, |oscillator, flow| {
         attractors.regime_of(oscillator, flow)
     });

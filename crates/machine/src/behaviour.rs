@@ -4,8 +4,7 @@ use crate::Model;
 pub use crate::intervals::Limit;
 use crate::intervals::{Intervals, of_stick_slip};
 use slipmap_column::crossing::stick_slip_cycle;
-use slipmap_column::slip_cycle::slip_cycles;
-use slipmap_column::{CriticalDamping, NoCriticalDamping, Regime, critical_damping, regime};
+use slipmap_column::{CriticalDamping, NoCriticalDamping, Regime, critical_damping, regime, slip_cycles};
 use slipmap_model::filippov::{Eigenvalues, HopfRate, Oscillator};
 use slipmap_model::flow::Fate;
 use slipmap_model::friction::{Column, Law};
@@ -113,7 +112,8 @@ pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Interval
     let flow = flow(&oscillator, tolerance);
     let half = |range: slipmap_model::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
     let stick_slip = stick_slip_cycle(&oscillator, &flow, tolerance).ok().flatten();
-    let slip = || slip_cycles(&oscillator, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
+    let slip =
+        || slip_cycles(&oscillator, &flow, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
     let amplitude = stick_slip.map(|cycle| half(cycle.displacement));
     let amplitude = amplitude.or_else(|| slip().map(|cycle| half(cycle.displacement)));
     let column = model.column();

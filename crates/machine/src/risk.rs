@@ -21,9 +21,10 @@ use crate::{Friction, Machine, Model};
 use errors::has_standard_errors;
 pub(crate) use errors::{Moved, joint};
 pub use errors::{WithError, uncertain_critical_damping};
+use slipmap_certify::landing::amplitude_bounds;
 use slipmap_column::critical::{CriticalDamping, critical_damping, critical_dampings};
+use slipmap_column::sticks_from;
 use slipmap_model::filippov::Oscillator;
-use slipmap_model::flow::Fate;
 use slipmap_model::friction::{Column, Table};
 use slipmap_numbers::random::Random;
 use slipmap_orbits::far_loops::FarLoops;
@@ -127,6 +128,8 @@ const TOLERANCE: f64 = 1e-9;
 const SEARCHED_TOGETHER: usize = 64;
 /// Number of draws that tell whether orbits of some may cross the belt line for ever.
 const TRIED: usize = 64;
+/// Number of strips of a quarter turn whose bound tells that an orbit stays in the data.
+const STRIPS: u32 = 8;
 /// Number of bisections for the damping below which they do: a thousandth of the critical one.
 const HALVINGS: u32 = 11;
 /// Largest number of machines that are drawn for one legal machine. If none of them is legal, the spreads are
@@ -147,6 +150,9 @@ pub enum NoRisk {
     /// The critical damping of no draw was found.
     #[error("the critical damping of no draw of the uncertain quantities was found")]
     NoneFound,
+    /// At the given damping it is unknown of every draw whether it sticks.
+    #[error("at this damping the orbit of no draw of the uncertain quantities could be followed")]
+    NoneFollowed,
     /// The run was interrupted.
     #[error("the draws of the uncertain quantities were interrupted")]
     Interrupted,
@@ -234,11 +240,12 @@ impl<'a> Draws<'a> {
             let (found, column) = found.next()?;
             let known = found.and_then(CriticalDamping::known).ok()?;
             let off = draw.of_curve * self.of_curve * draw.machine.normal_force;
-            let from = if may_cross { sticks_from(column, known.c) } else { f64::NEG_INFINITY };
+            let is_known = !may_cross && stays_in_data(column);
+            let from = if is_known { [f64::NEG_INFINITY; 2] } else { sticks_between(column, known.c) };
             Some(Found {
                 critical: known.c * unit + off,
                 error: known.error * unit,
-                sticks_from: from * unit + off,
+                sticks_between: from.map(|from| from * unit + off),
             })
         };
         draws.iter().zip(&models).map(of).collect()
@@ -261,9 +268,9 @@ pub(crate) fn error_by_curve(machine: &Machine) -> f64 {
 struct Found {
     critical: f64,
     error: f64,
-    /// The damping below which the orbit from the exit point crosses the belt line for ever; -infinity where it does at
-    /// no legal one.
-    sticks_from: f64,
+    /// The damping below which the orbit from the exit point crosses the belt line for ever, and that from which it
+    /// sticks; -infinity where it crosses at no legal one.
+    sticks_between: [f64; 2],
 }
 
 /// Whether some orbit of a column may cross the belt line for ever.
@@ -271,23 +278,18 @@ fn may_cross(column: &Column) -> bool {
     FarLoops::where_friction_resists(&column.curve, column.belt_speed).inward_from(0.0) > 0.0
 }
 
+/// Whether the first turn of the orbit from the exit point is proved to stay in the data of friction at every damping.
+fn stays_in_data(column: &Column) -> bool {
+    let fastest = column.curve.fastest();
+    fastest == f64::INFINITY || column.belt_speed + amplitude_bounds([(column, 0.0)], STRIPS)[0] <= fastest
+}
+
 /// The damping c of a column below which the orbit from the exit point crosses the belt line for ever, `critical` being
-/// c*: bisected from there to 0; -infinity where it does at no damping. Where the orbit leaves the data it is taken to
-/// stick.
-fn sticks_from(column: &Column, critical: f64) -> f64 {
-    let crosses = |c: f64| {
-        let fate = flow(&Oscillator::in_column(column, c), TOLERANCE).fate;
-        matches!(fate, Fate::CrossesForever)
-    };
-    let (mut low, mut high) = (0.0, critical);
-    if !(high > 0.0) || !crosses(low) {
-        return f64::NEG_INFINITY;
-    }
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        *(if crosses(middle) { &mut low } else { &mut high }) = middle;
-    }
-    high
+/// c*, and that from which it sticks; -infinity where it crosses at no damping, and for the first where that is not known.
+fn sticks_between(column: &Column, critical: f64) -> [f64; 2] {
+    let range = [0.0, critical];
+    let found = (critical > 0.0).then(|| sticks_from(column, range, HALVINGS, TOLERANCE).between);
+    found.unwrap_or_default().map(|from| if from > 0.0 { from } else { f64::NEG_INFINITY })
 }
 
 fn value_of(machine: &Machine, name: &str) -> f64 {
@@ -322,8 +324,8 @@ pub struct Needed {
 #[derive(Clone, Copy, Debug)]
 struct NeededDraw {
     damping: f64,
-    /// The nominal damping below which its orbits cross the belt line for ever.
-    sticks_from: f64,
+    /// The nominal damping below which its orbits cross the belt line for ever, and that from which they stick.
+    sticks_between: [f64; 2],
     legal_from: f64,
 }
 
@@ -356,7 +358,7 @@ impl Needed {
                 let nominal = |damping: f64| damping / machine.si_damping() - of_damping;
                 NeededDraw {
                     damping: nominal(found.critical),
-                    sticks_from: nominal(found.sticks_from),
+                    sticks_between: found.sticks_between.map(nominal),
                     legal_from: -of_damping,
                 }
             })
@@ -391,31 +393,40 @@ impl Needed {
     /// whose critical damping is known; the limits hold whatever the critical dampings of the others are.
     pub fn probability(&self, damping: f64) -> Estimate {
         let more = &self.draws[self.draws.partition_point(|draw| draw.damping <= damping)..];
-        let crosses = |draw: &&NeededDraw| draw.legal_from <= damping && damping < draw.sticks_from;
-        let count = self.legal_of(more, damping) - more.iter().filter(crosses).count();
-        let of = self.legal_of(&self.draws, damping);
-        let [none, all] = [count, count + self.failed].map(|count| share(count, of + self.failed).limits);
+        let below = |end: usize| {
+            let is_below =
+                |draw: &&NeededDraw| draw.legal_from <= damping && damping < draw.sticks_between[end];
+            more.iter().filter(is_below).count()
+        };
+        let [crossing, not_sticking] = [0, 1].map(below);
+        let failed = self.failed + not_sticking - crossing;
+        let count = self.legal_of(more, damping) - not_sticking;
+        let of = self.legal_of(&self.draws, damping) + self.failed - failed;
+        let [none, all] = [count, count + failed].map(|count| share(count, of + failed).limits);
         Estimate { limits: [none[0], all[1]], ..share(count, of) }
     }
 
-    /// How many draws are legal, and how many of those may stick-slip, just below each nominal damping at which that changes,
-    /// from infinity down to 0.
-    fn counts(&self) -> Vec<(f64, [i64; 2])> {
-        let mut changes = vec![(f64::INFINITY, [self.draws.len() as i64, 0])];
-        for &NeededDraw { damping, sticks_from, legal_from } in self.draws.iter().rev() {
-            let from = sticks_from.max(legal_from);
+    /// How many draws are legal, how many of those are known to stick-slip, and of how many that is unknown, just below each
+    /// nominal damping at which that changes, from infinity down to 0.
+    fn counts(&self) -> Vec<(f64, [i64; 3])> {
+        let mut changes = vec![(f64::INFINITY, [self.draws.len() as i64, 0, 0])];
+        for &NeededDraw { damping, sticks_between, legal_from } in self.draws.iter().rev() {
+            let [crosses_below, from] = sticks_between.map(|from| from.max(legal_from).min(damping));
             if from < damping {
-                changes.extend([(damping, [0, 1]), (from, [0, -1])]);
+                changes.extend([(damping, [0, 1, 0]), (from, [0, -1, 0])]);
             }
-            changes.push((legal_from, [-1, 0]));
+            if crosses_below < from {
+                changes.extend([(from, [0, 0, 1]), (crosses_below, [0, 0, -1])]);
+            }
+            changes.push((legal_from, [-1, 0, 0]));
         }
         changes.retain(|(damping, _)| *damping > 0.0);
         changes.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let add = |counts: &mut [i64; 2], (damping, change): (f64, [i64; 2])| {
-            *counts = [counts[0] + change[0], counts[1] + change[1]];
+        let add = |counts: &mut [i64; 3], (damping, change): (f64, [i64; 3])| {
+            counts.iter_mut().zip(change).for_each(|(count, change)| *count += change);
             Some((damping, *counts))
         };
-        changes.into_iter().scan([0, 0], add).collect()
+        changes.into_iter().scan([0; 3], add).collect()
     }
 
     /// The nominal damping above which the machine may stick-slip with less than this probability. Its limits are where
@@ -423,13 +434,14 @@ impl Needed {
     fn quantile(&self, probability: f64) -> Option<Estimate> {
         let counts = self.counts();
         // The largest damping at which all legal draws but the least `rank` may stick-slip; 0 if there is none.
-        let largest = |rank: &dyn Fn(f64) -> f64| {
-            for &(damping, [legal, sticking]) in &counts {
-                let rank = rank(legal as f64);
-                if !(0.0..legal as f64).contains(&rank) {
+        let largest = |rank: &dyn Fn(f64) -> f64, counted: fn([i64; 3]) -> [i64; 2]| {
+            for &(damping, counts) in &counts {
+                let [of, sticking] = counted(counts);
+                let rank = rank(of as f64);
+                if !(0.0..of as f64).contains(&rank) {
                     return None;
                 }
-                if sticking >= legal - rank as i64 {
+                if sticking >= of - rank as i64 {
                     return Some(damping);
                 }
             }
@@ -440,7 +452,11 @@ impl Needed {
         let half = |n: f64| NORMAL * (n * probability * (1.0 - probability)).sqrt();
         let low = |n: f64| rank(n + failed) - failed - half(n + failed);
         let high = |n: f64| rank(n + failed) + half(n + failed) + 1.0;
-        Some(Estimate { value: largest(&rank)?, limits: [largest(&low)?, largest(&high)?] })
+        // Those of which it is unknown are left out, or none or all of them may stick-slip.
+        let value = largest(&rank, |[legal, sticking, unknown]| [legal - unknown, sticking])?;
+        let low = largest(&low, |[legal, sticking, _]| [legal, sticking])?;
+        let high = largest(&high, |[legal, sticking, unknown]| [legal, sticking + unknown])?;
+        Some(Estimate { value, limits: [low, high] })
     }
 }
 
@@ -472,6 +488,10 @@ pub fn risk(
     let (damping, unit) = (given_damping(machine), machine.si_damping());
     let in_si =
         |found: Estimate| Estimate { value: found.value * unit, limits: found.limits.map(|it| it * unit) };
+    let probability = needed.probability(damping);
+    if probability.value.is_nan() {
+        return Err(NoRisk::NoneFollowed);
+    }
     let rare_by = rare
         .iter()
         .map(|&probability| RareBy { probability, damping: needed.quantile(probability).map(in_si) });
@@ -482,7 +502,7 @@ pub fn risk(
         fewer: draws.is_none() && usual < USUAL_DRAWS,
         critical_damping_error: needed.error,
         standard_error: uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error),
-        probability: needed.probability(damping),
+        probability,
         rare_by: rare_by.collect(),
     })
 }

@@ -2,7 +2,7 @@
 //! equilibrium.
 
 use super::units::UnitSystem;
-use slipmap_column::slip_cycle::slip_cycles;
+use slipmap_column::slip_cycles;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
 use slipmap_figure::legend::{Legend, Sample};
@@ -11,6 +11,7 @@ use slipmap_figure::scene::{Marker, Place, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::rich;
 use slipmap_model::filippov::{Oscillator, Side, Stability};
+use slipmap_orbits::flow;
 use slipmap_witness::{Ending, Phase, Sample as State, Start, Trace, trace};
 
 const TOLERANCE: f64 = 1e-10;
@@ -91,7 +92,7 @@ impl Portrait {
         let turn = std::f64::consts::TAU;
         let inner = Start::State { x1: oscillator.equilibrium_x1(), x2: INNER_START * oscillator.belt_speed };
         // The portrait is drawn without cycles if they cannot be found.
-        let cycles = slip_cycles(oscillator, TOLERANCE).unwrap_or_default();
+        let cycles = slip_cycles(oscillator, &flow(oscillator, TOLERANCE), TOLERANCE).unwrap_or_default();
         let cycles = cycles.iter().map(|cycle| {
             let x2 = cycle.velocity.hi;
             // At its highest velocity a cycle has x2' = 0.

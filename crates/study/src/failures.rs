@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 pub(crate) use mechanism::Mechanism;
 
+use slipmap_column::HALVINGS;
 use slipmap_column::limits::Ray;
 use slipmap_column::{Method, Verdict, critical_damping, sticks_from};
 use slipmap_map::{Grid, unravel};
@@ -297,15 +298,19 @@ fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> [f64; 
         Fate::Sticks(_) if c > undamped => [undamped, c],
         _ => return to_grazing,
     };
-    let from = sticks_from(column, range, tolerance);
+    let middle = |tolerance: f64| {
+        let [low, high] = sticks_from(column, range, HALVINGS, tolerance).between;
+        [0.5 * (low + high), 0.5 * (high - low)]
+    };
+    let [from, half] = middle(tolerance);
     if from == undamped {
         return to_grazing;
     }
-    // What a coarser search is in doubt about, and more than the last bracket of the search.
-    let coarse = sticks_from(column, range, COARSER * tolerance);
-    let error = (from - coarse).abs() + 1e-12 * (range[1] - range[0]);
+    // What a coarser search is in doubt about, and the last bracket of the search.
+    let error = (from - middle(COARSER * tolerance)[0]).abs() + half + 1e-12 * (range[1] - range[0]);
     let to_crossing = [(from - c).abs(), error];
-    if to_crossing[0] < to_grazing[0] { to_crossing } else { to_grazing }
+    let [distance, error] = to_crossing;
+    if distance - error < to_grazing[0] { to_crossing } else { to_grazing }
 }
 
 /// Factor of the tolerance of the search that shows the error of another.

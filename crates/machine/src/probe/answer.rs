@@ -1,5 +1,6 @@
 //! The answers of every method about one point, and the simulated flow there.
 
+use super::result::BistableBand;
 use crate::behaviour::needed_slip_speed;
 use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
 use slipmap_certify::validated::any_law;
@@ -7,9 +8,9 @@ use slipmap_certify::{Claim, Decision, Guarantee};
 use slipmap_column::crossing::{CrossingCycles, crossing_cycles, stick_slip_cycle};
 use slipmap_column::limits::{Limit, Ray};
 use slipmap_column::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
-use slipmap_column::slip_cycle::{TIGHT, Unknown, none_proved, slip_cycles};
+use slipmap_column::slip_cycle::{Unknown, none_proved};
 use slipmap_column::{
-    BasinBoundary, CriticalDamping, Method, NoCriticalDamping, Regime, Verdict, sticks_from,
+    BasinBoundary, CriticalDamping, HALVINGS, Method, NoCriticalDamping, Regime, Verdict, sticks_from,
 };
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
@@ -58,6 +59,8 @@ pub struct Answer {
     pub critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
     pub regime: Regime,
+    /// The cycles that slip all the time below the belt line, by growing amplitude.
+    pub slip: Result<Vec<Cycle>, Unknown>,
     /// The attracting cycle; `None` where there is none.
     pub cycle: Option<Cycle>,
     /// The edge of its basin; `None` where it attracts from every start.
@@ -83,7 +86,7 @@ impl Answer {
                 }
             })
             .collect();
-        let slipmap_column::LongRun { regime, cycle, basin } =
+        let slipmap_column::LongRun { regime, slip, cycle, basin } =
             slipmap_column::long_run(&oscillator, &flow, tolerance);
         Self {
             law: law.clone(),
@@ -94,6 +97,7 @@ impl Answer {
             flow,
             critical,
             regime,
+            slip,
             cycle,
             basin,
         }
@@ -101,8 +105,8 @@ impl Answer {
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
     /// the equilibrium becomes stable, or, on fast belts, at which the orbit from the exit point ceases to
-    /// cross for ever, to c*, and the error of c*. `None` where the two are not known to differ.
-    pub fn bistable_band(&self) -> Option<[f64; 3]> {
+    /// cross for ever, to c*. `None` where the two are not known to differ.
+    pub fn bistable_band(&self) -> Option<BistableBand> {
         let epsilon = self.point.epsilon;
         let Oscillator { curve, belt_speed, .. } = &self.oscillator;
         let becomes_stable = HopfRate::new(curve, *belt_speed).value() / epsilon;
@@ -112,8 +116,18 @@ impl Answer {
         if from + root.error >= root.c {
             return None;
         }
-        let from = sticks_from(&self.law.column(&self.point), [from, root.c], self.tolerance);
-        (from + root.error < root.c).then_some([from, root.c, root.error])
+        let from = sticks_from(&self.law.column(&self.point), [from, root.c], HALVINGS, self.tolerance);
+        let [least, sticking] = from.between;
+        (sticking + root.error < root.c).then(|| BistableBand {
+            from_c: from.known(),
+            from_c_between: from.between,
+            from_c_reason: from.known().is_none().then(|| match from.failure {
+                None => "orbits between them are too close to call".into(),
+                Some(failure) => beyond_data_or(failure, &self.law, &Point { damping: least, ..self.point }),
+            }),
+            to_c: root.c,
+            error: root.error,
+        })
     }
 
     /// What the regime assumes without proof, if anything; `counted` is the number of slip cycles where that
@@ -168,11 +182,6 @@ impl Answer {
         sensitivity(&self.law.column(&self.point))
     }
 
-    /// The cycles that slip all the time below the belt line.
-    pub fn slip_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
-        slip_cycles(&self.oscillator, self.tolerance.min(TIGHT))
-    }
-
     /// The stick-slip cycle, if there is one.
     pub(crate) fn stick_slip_cycle(&self) -> Result<Option<Cycle>, Failure> {
         stick_slip_cycle(&self.oscillator, &self.flow, self.tolerance)
@@ -195,11 +204,10 @@ impl Answer {
     /// The reason why cycles are unknown; where their orbits leave the data of a measured law, how far those
     /// should reach.
     pub fn why_unknown(&self, why: Unknown) -> String {
-        let beyond = match why {
-            Unknown::Orbit(Failure::NotFinite) => beyond_data(&self.law, &self.point),
-            Unknown::Orbit(_) | Unknown::TooClose | Unknown::Neutral | Unknown::FarOut => None,
-        };
-        beyond.unwrap_or_else(|| why.to_string())
+        match why {
+            Unknown::Orbit(failure) => beyond_data_or(failure, &self.law, &self.point),
+            Unknown::TooClose | Unknown::NotClosed | Unknown::Neutral | Unknown::FarOut => why.to_string(),
+        }
     }
 
     /// Proved bounds on the number of slip cycles.
@@ -336,6 +344,12 @@ fn why_too_close(margin: f64, error: f64) -> String {
         _ => "the error of the orbit from the exit point exceeds all numbers before it comes back or settles"
             .into(),
     }
+}
+
+/// The failure of an orbit; of one that leaves the data of a measured law, how far those should reach.
+fn beyond_data_or(failure: Failure, law: &Law, point: &Point) -> String {
+    let beyond = (failure == Failure::NotFinite).then(|| beyond_data(law, point)).flatten();
+    beyond.unwrap_or_else(|| failure.to_string())
 }
 
 /// The problem if the law is measured and the orbit from the exit point leaves its data: the slip speed at

@@ -8,10 +8,10 @@ pub(crate) use answer::of_test;
 pub use answer::{Answer, MethodAnswer};
 pub use command::{axis_names, command_line, flag};
 use result::{
-    BasinBoundary, BistableBand, Complex, CriticalResult, Cycles, Equilibrium, FlowResult, Flows,
-    LandingResult, MethodResult, SensitivityResult, SlidingSegment, SlipCountResult, StabilityResult, State,
+    BasinBoundary, Complex, CriticalResult, Cycles, Equilibrium, FlowResult, Flows, LandingResult,
+    MethodResult, SensitivityResult, SlidingSegment, SlipCountResult, StabilityResult, State,
 };
-pub use result::{MachineResult, Probe};
+pub use result::{BistableBand, MachineResult, Probe};
 
 use crate::Machine;
 use crate::assessment::StandardErrors;
@@ -71,11 +71,7 @@ impl Probe {
             },
             exit_point: State { x1: oscillator.exit_x1(), x2: oscillator.belt_speed },
             landing: answer.flow.landing().map(Into::into),
-            bistable_band: answer.bistable_band().map(|[from_c, to_c, error]| BistableBand {
-                from_c,
-                to_c,
-                error,
-            }),
+            bistable_band: answer.bistable_band(),
             attracting_cycle: answer.cycle,
             basin_boundary: answer.basin.map(
                 |slipmap_column::BasinBoundary { cycle, kick, separates, .. }| BasinBoundary {
@@ -174,7 +170,7 @@ impl From<Cycle> for StabilityResult {
 impl Cycles {
     fn of(answer: &Answer) -> Self {
         let (stick_slip, slip, crossing) =
-            (answer.stick_slip_cycle(), answer.slip_cycles(), answer.crossing_cycles());
+            (answer.stick_slip_cycle(), answer.slip.clone(), answer.crossing_cycles());
         let no_stick_slip = match answer.flow.fate {
             Fate::Failed(why) => Some(why),
             _ => stick_slip.as_ref().err().copied(),

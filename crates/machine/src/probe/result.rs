@@ -188,13 +188,18 @@ pub(crate) struct State {
 
 /// The dampings c >= 0 between which steady slip and stick-slip both attract.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(crate) struct BistableBand {
-    /// Damping above which the equilibrium is stable and the orbit from the exit point sticks.
-    pub(crate) from_c: f64,
+pub struct BistableBand {
+    /// Damping above which the equilibrium is stable and the orbit from the exit point sticks; `None` where it is not
+    /// known to 1 %.
+    pub from_c: Option<f64>,
+    /// Bounds of that damping.
+    pub from_c_between: [f64; 2],
+    /// Reason why it is not known.
+    pub from_c_reason: Option<String>,
     /// The critical damping.
-    pub(crate) to_c: f64,
+    pub to_c: f64,
     /// Estimate of the absolute error of `to_c`.
-    pub(crate) error: f64,
+    pub error: f64,
 }
 
 /// A cycle with its stability.

@@ -265,7 +265,7 @@ fn limits_hold_whatever_draws_without_an_answer_do() {
         draws: (1..=1000)
             .map(|i| NeededDraw {
                 damping: f64::from(i),
-                sticks_from: f64::NEG_INFINITY,
+                sticks_between: [f64::NEG_INFINITY; 2],
                 legal_from: f64::NEG_INFINITY,
             })
             .collect(),
@@ -283,6 +283,26 @@ fn limits_hold_whatever_draws_without_an_answer_do() {
     assert!(needed(0).quantile(0.1).is_some() && needed(250).quantile(0.1).is_none());
     let half = needed(250).quantile(0.5).unwrap();
     assert!(half.limits[0] < 380.0 && half.limits[1] > 620.0 && half.value == 501.0, "{half:?}");
+}
+
+/// Of draws whose orbits leave the data it is unknown whether they stick: the limits hold whatever they do.
+#[test]
+fn orbits_that_leave_the_data_count_on_neither_side() {
+    let data: Vec<(f64, f64)> =
+        (0..=40).map(|i| 1.0125 * f64::from(i) / 40.0).map(|u| (u, 0.6 + 0.4 * (-2.0 * u).exp())).collect();
+    let friction = Friction::Measured(Table::new("falls", &data, 1.0).unwrap());
+    // In units in which all groups are 1 orbits leave the data below c = 0.316, and c* is 0.332.
+    let machine = example_of(friction, [1.0, 1.0, 1.0, 0.5, 0.3]);
+    let of = |damping: f64, sd: f64| {
+        let uncertain = [("damping", Spread::Normal { sd })];
+        risk(&machine.with("damping", damping).unwrap(), &uncertain, Some(400), &[])
+    };
+    let most = of(0.325, 0.01).unwrap().probability;
+    // Of the normal distribution: 0.24 above c*, 0.57 between, and 0.19 unknown.
+    let of_known = 0.57 / 0.81;
+    assert!((most.value - of_known).abs() < 0.08, "{most:?}");
+    assert!(most.limits[0] < 0.57 && most.limits[1] > 0.57 + 0.19, "{most:?}");
+    assert_eq!(of(0.3, 1e-3).unwrap_err(), NoRisk::NoneFollowed);
 }
 
 #[test]

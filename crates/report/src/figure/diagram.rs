@@ -12,7 +12,7 @@ use super::plot::Plotted;
 use super::slice::{ChoiceError, find_axis, hold};
 use slipmap_column::crossing::beyond_slip;
 use slipmap_column::slip_cycle::TIGHT;
-use slipmap_column::slip_cycle::slip_cycles;
+use slipmap_column::slip_cycles;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
 use slipmap_figure::lines::{self, Chart, Curve};
@@ -23,6 +23,7 @@ use slipmap_figure::text::{Rich, rich};
 use slipmap_machine::Dimension;
 use slipmap_model::filippov::{Oscillator, Stability};
 use slipmap_model::friction::Range;
+use slipmap_orbits::flow;
 
 /// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
 /// them is missed.
@@ -86,7 +87,7 @@ fn find(oscillator: &Oscillator, length: f64) -> Found {
         Stability::Neutral => None,
         stability => Some(vec![State { attracts: stability == Stability::Attracts, amplitude: 0.0 }]),
     };
-    let slip = slip_cycles(oscillator, TIGHT).ok();
+    let slip = slip_cycles(oscillator, &flow(oscillator, TOLERANCE), TIGHT).ok();
     let (sticks, crossing) = beyond_slip(oscillator, TOLERANCE);
     [
         equilibrium,
