@@ -402,9 +402,6 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 false => "",
             };
             line("slip cycles", format!("{}{absent}", slip_count_words(cycles.len(), &count)));
-            if let Some(assumed) = answer.conjecture(count.exact()) {
-                line("the regime assumes", assumed.into());
-            }
             for (i, cycle) in cycles.iter().enumerate() {
                 let parts = separates(i, cycles.len(), &answer.flow.fate).map(neighbour_words);
                 let (kind, sides) = if cycle.is_stable() {

@@ -14,7 +14,7 @@ use slipmap_simulate::crossing::{CrossingCycles, crossing_cycles, stick_slip_cyc
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::naive::NaiveVerdict;
 use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
-use slipmap_simulate::slip_cycle::{Unknown, none_proved, slip_cycles};
+use slipmap_simulate::slip_cycle::{Unknown, slip_cycles};
 use slipmap_simulate::{CriticalDamping, Cycle, Failure, Fate, Flow, NoCriticalDamping, TIGHT, sticks_from};
 
 /// The answer of one method.
@@ -110,14 +110,6 @@ impl Answer {
         }
         let from = sticks_from(&self.law.column(&self.point), [from, root.c], self.tolerance);
         (from + root.error < root.c).then_some([from, root.c, root.error])
-    }
-
-    /// What the regime assumes without proof, if anything; `counted` is the number of slip cycles where that
-    /// is proved.
-    pub fn conjecture(&self, counted: Option<u32>) -> Option<&'static str> {
-        let is_known = !matches!(self.regime, Regime::Failed | Regime::Neutral);
-        let is_open = is_known && counted.is_none() && !none_proved(&self.oscillator);
-        self.oscillator.curve.conjecture().filter(|_| is_open)
     }
 
     /// The known part of a regime that is not determined in full: "the equilibrium and the stick-slip cycle

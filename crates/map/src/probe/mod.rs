@@ -63,7 +63,6 @@ impl Probe {
             regime_reason: (cycles.reason.clone().filter(|_| known.is_some()))
                 .or_else(|| (answer.regime == Regime::Failed).then(|| MAY_HAVE_MORE.to_owned())),
             regime_known: known,
-            regime_conjecture: answer.conjecture(cycles.slip_count.proved),
             equilibrium: Equilibrium::of(oscillator),
             sliding_segment: SlidingSegment {
                 from_x1: oscillator.upper_tangency_x1(),

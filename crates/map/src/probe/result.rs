@@ -34,9 +34,6 @@ pub struct Probe {
     /// Reason why the rest of it is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) regime_reason: Option<String>,
-    /// What the regime assumes without proof.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) regime_conjecture: Option<&'static str>,
     /// The state of steady slip.
     pub(crate) equilibrium: Equilibrium,
     /// The segment on which the mass can stick.
