@@ -136,7 +136,10 @@ struct Piece {
 /// **Proof.** g has no zero on (0, V], and is negative near 0. So it is negative at V. [] The orbit from the exit
 /// point starts there without a drop; with one it starts outside.
 pub fn proves_absence(oscillator: &Oscillator, count: &SlipCount) -> bool {
-    count.exact() == Some(0) && oscillator.stability() == Stability::Attracts && oscillator.drop() == 0.0
+    count.exact() == Some(0)
+        && oscillator.stability() == Stability::Attracts
+        && oscillator.drop() == 0.0
+        && oscillator.curve.is_normal()
 }
 
 /// Counts the slip cycles with proof.

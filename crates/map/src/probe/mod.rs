@@ -220,9 +220,10 @@ impl Cycles {
     }
 }
 
-impl From<SlipCount> for SlipCountResult {
-    fn from(count: SlipCount) -> Self {
-        Self { proved: count.exact(), at_least: count.at_least, at_most: count.at_most, open: count.open }
+impl From<&SlipCount> for SlipCountResult {
+    fn from(count: &SlipCount) -> Self {
+        let SlipCount { at_least, at_most, ref open } = *count;
+        Self { proved: count.exact(), at_least, at_most, open: open.clone() }
     }
 }
 

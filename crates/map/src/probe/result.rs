@@ -69,7 +69,8 @@ pub(crate) struct MethodResult {
     pub(crate) guarantee: &'static str,
     /// Equation in the paper, or section of the theory pages.
     pub(crate) equation: Cow<'static, str>,
-    /// Reason why the verdict is neither presence nor absence.
+    /// Reason why the verdict is neither presence nor absence, or what it follows from where that is not the claim
+    /// with this edge.
     pub(crate) reason: Option<String>,
     /// Largest epsilon up to which the verdict equals the simulated one; infinite as far as was looked.
     pub(crate) epsilon_limit: Limit,
