@@ -408,14 +408,11 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         Err(why) => line("slip cycles", format!("not determined: {}", answer.why_unknown(*why))),
         Ok(cycles) => {
             let count = answer.slip_count();
-            let absent = match proves_absence(&answer.oscillator, &count) {
+            let absent = match proves_absence(&answer.oscillator, count) {
                 true => "; since the equilibrium is stable, that proves that no stick-slip cycle exists",
                 false => "",
             };
-            line("slip cycles", format!("{}{absent}", slip_count_words(cycles.len(), &count)));
-            if let Some(assumed) = answer.conjecture(count.exact()) {
-                line("the regime assumes", assumed.into());
-            }
+            line("slip cycles", format!("{}{absent}", slip_count_words(cycles.len(), count)));
             for (i, cycle) in cycles.iter().enumerate() {
                 let parts = separates(i, cycles.len(), &answer.flow.fate).map(neighbour_words);
                 let (kind, sides) = if cycle.is_stable() {

@@ -84,20 +84,3 @@ fn the_page_of_flat_friction_says_what_is_known() {
     ]);
     assert!(!text.contains("unstable\n") && !text.contains("unknown amount"), "{text}");
 }
-
-/// That laws which weaken less and less have one slip cycle at most is a conjecture.
-#[test]
-fn regimes_that_rest_on_a_conjecture_say_so() {
-    let scratch = Scratch::new();
-    let all = machines(&scratch);
-    for (text, assumes) in [(&all[3], true), (&all[4], false)] {
-        scratch.file("m.toml", text);
-        let page = scratch.run("machine m.toml").ends_with(0).out;
-        assert_eq!(page.contains("regimes and limits assume"), assumes, "{page}");
-        let speed = "machine.belt_speed={from=0.05,to=0.1,points=2}";
-        let what = "--set output.path=m.h5 --set output.fields=[\"regime\"]";
-        scratch.run(&format!("run m.toml --quiet --overwrite --set {speed} {what}")).ends_with(0);
-        let map = hdf5::File::open(scratch.path().join("m.h5")).unwrap();
-        assert_eq!(map.dataset("regime").unwrap().attr("conjecture").is_ok(), assumes);
-    }
-}

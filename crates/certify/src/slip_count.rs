@@ -44,6 +44,10 @@
 //! decides: where it has one sign, g has that sign on (0, r] (the theorem of
 //! `slip_cycle::none_proved`).
 //!
+//! **Laws that bend one way.** Where the weakening rate is convex, or concave, over the slip speeds of slip cycles
+//! there is at most one (theory, "At most one slip cycle"). Beyond the amplitudes next to the equilibrium one
+//! sign of g is then enough, that at V.
+//!
 //! The law is the stored curve: its coefficients, such as 1 - alpha, are rounded once when it is made. A
 //! measured law has no formula and D has corners: only the statement by the even part is proved for it.
 
@@ -107,6 +111,8 @@ enum Shape {
     Sign(bool),
     /// Strictly rising, or falling.
     Monotone(bool),
+    /// At most one zero.
+    OneZero,
     /// Nothing.
     Open,
 }
@@ -130,7 +136,10 @@ struct Piece {
 /// **Proof.** g has no zero on (0, V], and is negative near 0. So it is negative at V. [] The orbit from the exit
 /// point starts there without a drop; with one it starts outside.
 pub fn proves_absence(oscillator: &Oscillator, count: &SlipCount) -> bool {
-    count.exact() == Some(0) && oscillator.stability() == Stability::Attracts && oscillator.drop() == 0.0
+    count.exact() == Some(0)
+        && oscillator.stability() == Stability::Attracts
+        && oscillator.drop() == 0.0
+        && oscillator.curve.is_normal()
 }
 
 /// Counts the slip cycles with proof.
@@ -145,6 +154,17 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
         };
     }
     let inner = innermost(oscillator);
+    // Where eps c is w(V) within rounding all orbits next to the equilibrium may close.
+    if inner.shape != Shape::Open && oscillator.curve.has_one_slip_cycle_at_most(belt_speed) {
+        let outer = Piece { from: inner.to, to: belt_speed, shape: Shape::OneZero };
+        return tally(oscillator, &[inner, outer], &mut BUDGET.clone());
+    }
+    count_between(oscillator, inner)
+}
+
+/// As [`count_slip_cycles`] for a law with a formula, by enclosures of the orbits beyond the `inner` piece.
+fn count_between(oscillator: &Oscillator, inner: Piece) -> SlipCount {
+    let belt_speed = oscillator.belt_speed;
     let mut pieces = vec![inner];
     let mut waiting = Vec::new();
     let mut top = belt_speed;
@@ -215,8 +235,8 @@ fn tally(oscillator: &Oscillator, pieces: &[Piece], budget: &mut u32) -> SlipCou
     for (run, ends) in runs.iter().zip(signs.windows(2)) {
         let more = match (run.shape, ends) {
             (Shape::Sign(_), _) => Some(0),
-            (Shape::Monotone(_), [Some(a), Some(b)]) => Some(u32::from(a != b)),
-            (Shape::Monotone(_), _) => Some(1),
+            (Shape::Monotone(_) | Shape::OneZero, [Some(a), Some(b)]) => Some(u32::from(a != b)),
+            (Shape::Monotone(_) | Shape::OneZero, _) => Some(1),
             (Shape::Open, _) => None,
         };
         at_most = at_most.zip(more).map(|(sum, more)| sum + more);
@@ -360,6 +380,7 @@ mod tests {
     use super::*;
     use slipmap_model::friction::{Expression, Law};
     use slipmap_model::point::LawParameters;
+    use slipmap_numbers::random::Random;
     use slipmap_orbits::arc::{SlipTurn, turn};
 
     fn oscillators() -> Vec<Oscillator> {
@@ -434,5 +455,40 @@ mod tests {
             let count = count_slip_cycles(&Oscillator { curve, viscous: 0.0, belt_speed: 1.0 });
             assert!(count.at_most.is_none_or(|most| most >= count.at_least), "{count:?}");
         }
+    }
+
+    /// At most one slip cycle is a theorem; enclosures of the orbits share nothing with its proof.
+    #[test]
+    fn enclosures_count_one_cycle_at_most_where_the_law_bends_one_way() {
+        let mut random = Random(91);
+        let mut proved = [0; 2];
+        for i in 0..60 {
+            let mut between = |lo: f64, hi: f64| (hi - lo).mul_add(random.unit(), lo);
+            let (law, parameters) = match i % 3 {
+                0 => (Law::Stribeck, vec![between(0.0, 0.9), between(0.0, 0.1), between(0.1, 1.0)]),
+                1 => (Law::Exponential, vec![between(0.0, 0.9), between(0.3, 3.0), between(0.0, 0.1)]),
+                _ => {
+                    let text = "1 - a*u + b*u^2 - d*(1 - exp(-k*u))";
+                    let law = Law::Expression(Expression::new(text, 1.0).unwrap());
+                    (law, vec![between(-0.3, 0.3), between(0.0, 0.3), between(0.0, 0.5), between(0.5, 2.0)])
+                }
+            };
+            let belt_speed = between(0.2, 2.0);
+            let curve = law.curve(1.0, &LawParameters::new(&parameters));
+            assert!(curve.has_one_slip_cycle_at_most(belt_speed), "{curve:?}");
+            let viscous = curve.weakening(belt_speed) * between(1.0, 1.4);
+            if viscous < 0.0 {
+                continue;
+            }
+            let oscillator = Oscillator { curve, viscous, belt_speed };
+            let by_enclosures = count_between(&oscillator, innermost(&oscillator));
+            assert!(by_enclosures.at_least <= 1, "{oscillator:?} {by_enclosures:?}");
+            let counted = count_slip_cycles(&oscillator);
+            if let Some(count) = by_enclosures.exact() {
+                assert_eq!(counted.exact(), Some(count), "{oscillator:?}");
+                proved[count as usize] += 1;
+            }
+        }
+        assert!(proved[0] >= 10 && proved[1] >= 10, "{proved:?}");
     }
 }

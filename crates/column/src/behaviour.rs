@@ -44,6 +44,8 @@ pub struct Behaviour<'a> {
     hopf: HopfRate<'a>,
     /// Bounds of the even part of the weakening rate about the belt speed, computed on first use.
     even: OnceCell<Range>,
+    /// Whether at most one slip cycle is proved to exist at each damping; computed on first use.
+    has_one_at_most: OnceCell<bool>,
     /// Coarse backbones, each with twice as many nodes as the one before. Every damping tries them in this
     /// order, so that its answer does not depend on other dampings.
     coarse: RefCell<Vec<Result<Backbone, Failure>>>,
@@ -92,6 +94,7 @@ impl<'a> Behaviour<'a> {
             belt_speed,
             hopf: HopfRate::new(curve, belt_speed),
             even: OnceCell::new(),
+            has_one_at_most: OnceCell::new(),
             coarse: RefCell::default(),
             fine: OnceCell::new(),
             far: OnceCell::new(),
@@ -161,7 +164,7 @@ impl<'a> Behaviour<'a> {
         ((c - viscous).abs() > error).then_some(viscous < c)
     }
 
-    /// The slip cycles, by the even part, by convexity, or else as `read` from a backbone.
+    /// The slip cycles, by the even part, where at most one is proved to exist, or else as `read` from a backbone.
     fn cycles(
         &self,
         viscous: f64,
@@ -174,9 +177,9 @@ impl<'a> Behaviour<'a> {
             return Some(Vec::new());
         }
         let returns = self.grazing_returns(viscous, end)?;
-        if self.curve.weakening_is_convex() {
-            // There is at most one cycle: a repelling one if the equilibrium is stable and the orbit returns,
-            // an attracting one if neither holds.
+        let curve = self.curve;
+        if *self.has_one_at_most.get_or_init(|| curve.has_one_slip_cycle_at_most(self.belt_speed)) {
+            // A repelling one if the equilibrium is stable and the orbit returns, an attracting one if neither holds.
             let between = [0.0, self.belt_speed];
             let one = CycleRange::between(between, !returns);
             return Some(if stable == returns { vec![one] } else { Vec::new() });

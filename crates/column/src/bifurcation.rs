@@ -115,10 +115,8 @@ impl Bifurcation {
             Bifurcation::Crossing => with_error(tolerance, |tolerance| {
                 Ok(reach_within(oscillator, 0.0, tolerance, work)? - 2.0 * fastest)
             }),
-            // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
-            Bifurcation::Fold if oscillator.curve.weakening_is_convex_of_cycles(oscillator.belt_speed) => {
-                None
-            }
+            // None can meet.
+            Bifurcation::Fold if oscillator.curve.has_one_slip_cycle_at_most(oscillator.belt_speed) => None,
             // For planes without the damping; in planes with it the extremes are followed (`graphs`).
             Bifurcation::Fold => {
                 let backbone = enough_backbone(oscillator, tolerance, work)?;

@@ -44,10 +44,6 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
     if !cut.is_empty() {
         value::write(&group, INCOMPLETE, &cut.join(", ").as_str().into())?;
     }
-    let column = grid.some_column();
-    if let Some(words) = column.curve.conjecture_of_folds(column.belt_speed) {
-        value::write(&group, "conjecture", &words.into())?;
-    }
     write_tables(&group, &columns(grid, planes))
 }
 
@@ -198,9 +194,6 @@ mod tests {
         write(&file, &grid, &planes).unwrap();
         let told = value::read(&file.group(GROUP).unwrap(), "incomplete").unwrap();
         assert_eq!(told, Some("fold over gamma and c".into()));
-        // Folds of Stribeck's law are not sought.
-        let assumed = value::read(&file.group(GROUP).unwrap(), "conjecture").unwrap();
-        assert!(matches!(assumed, Some(Value::Text(words)) if words.starts_with("at most one slip cycle")));
         assert_eq!(read(&file, &grid).unwrap(), planes);
         for column in ["plane", "plane_x", "held_V"] {
             let column = file.group(GROUP).unwrap().dataset(column).unwrap();

@@ -100,8 +100,6 @@ pub struct Assessment {
     pub influence: Vec<Influence>,
     /// Verdicts of the rigorous tests at the working point.
     pub proofs: Vec<Proof>,
-    /// What regimes and limits assume without proof.
-    pub conjecture: Option<&'static str>,
 }
 
 /// The kick of steady slip that starts the motion.
@@ -315,7 +313,6 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         sensitivities: sensitivities(machine),
         influence: influence(&model).unwrap_or_default(),
         proofs,
-        conjecture: column.curve.conjecture(),
         behaviour,
     })
 }

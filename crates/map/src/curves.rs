@@ -194,7 +194,7 @@ impl<'a> Frame<'a> {
     /// The extremes of the backbone at a place of the other axis; `None` if there are none or it is unknown.
     fn extremes(&self, damping_axis: usize, share: f64, work: &CurveWork) -> Option<Vec<Extreme>> {
         let column = self.column(damping_axis, share)?;
-        if column.curve.weakening_is_convex() {
+        if column.curve.has_one_slip_cycle_at_most(column.belt_speed) {
             return None;
         }
         let found = Backbone::of(&column, TOLERANCE);

@@ -126,7 +126,7 @@ impl Interpolated {
         let Some(first) = columns.first().filter(|_| plan.interpolates()) else { return found };
         let cs = &plan.grid.dampings()[tile.damping_range()];
         let mut intervals = 0;
-        if plan.interpolates_backbones(&first.curve) {
+        if plan.interpolates_backbones(first) {
             let samples = [columns.len() / 2, 0, columns.len() - 1];
             let needed =
                 samples.into_iter().map(|at| InterpolatedBackbone::intervals(&columns[at], COARSE).ok()?);

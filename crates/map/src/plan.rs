@@ -3,7 +3,7 @@
 use super::{Axis, AxisRole, Field, Grid, Plane, Quantity, tiles};
 use slipmap_certify::validated;
 use slipmap_column::{DEFAULT_TOLERANCE, Method, TOLERANCES, limits};
-use slipmap_model::friction::{Column, Curve};
+use slipmap_model::friction::Column;
 use slipmap_numbers::named;
 use slipmap_orbits::QUESTION;
 
@@ -242,13 +242,16 @@ impl Plan {
         {
             return false;
         }
-        let Column { curve, .. } = self.grid.some_column();
-        curve.stribeck().is_none() && (self.interpolates_backbones(&curve) || !self.stores(Field::CriticalC))
+        let column = self.grid.some_column();
+        column.curve.stribeck().is_none()
+            && (self.interpolates_backbones(&column) || !self.stores(Field::CriticalC))
     }
 
     /// Returns whether backbones for the regime may be interpolated; corners would take too many nodes.
-    pub(super) fn interpolates_backbones(&self, curve: &Curve) -> bool {
-        self.stores(Field::Regime) && curve.corners().is_empty() && !curve.weakening_is_convex()
+    pub(super) fn interpolates_backbones(&self, Column { curve, belt_speed, .. }: &Column) -> bool {
+        self.stores(Field::Regime)
+            && curve.corners().is_empty()
+            && !curve.has_one_slip_cycle_at_most(*belt_speed)
     }
 
     /// Returns whether the margins are the costliest part of a tile, and may be interpolated between cells.

@@ -113,7 +113,6 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "regime": does.regime.name(),
         "regime_known": all.undetermined.as_ref().map(|it| known_in_words(it.sticks, it.stability)),
         "regime_reasons": all.undetermined.as_ref().map(|it| &it.reasons),
-        "regime_conjecture": all.conjecture,
         "regimes_left_open_by_data": open.as_ref().map(LeftOpen::names),
         "damping_within_two_standard_errors_of": open.map(|open| {
             open.limits.iter().map(|(limit, _)| key_of(*limit)).collect::<Vec<_>>()

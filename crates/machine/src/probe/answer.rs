@@ -1,14 +1,16 @@
 //! The answers of every method about one point, and the simulated flow there.
 
+use std::cell::OnceCell;
+
 use super::result::BistableBand;
 use crate::behaviour::needed_slip_speed;
-use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
+use slipmap_certify::slip_count::{SlipCount, count_slip_cycles, proves_absence};
 use slipmap_certify::validated::any_law;
 use slipmap_certify::{Claim, Decision, Guarantee};
 use slipmap_column::crossing::{CrossingCycles, crossing_cycles, stick_slip_cycle};
 use slipmap_column::limits::{Limit, Ray};
 use slipmap_column::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
-use slipmap_column::slip_cycle::{Unknown, none_proved};
+use slipmap_column::slip_cycle::Unknown;
 use slipmap_column::{
     BasinBoundary, CriticalDamping, HALVINGS, Method, NoCriticalDamping, Regime, Verdict, sticks_from,
 };
@@ -36,7 +38,8 @@ pub struct MethodAnswer {
     pub critical_c: Option<f64>,
     /// Estimate of its absolute error; `None` for methods whose edge is exact to rounding.
     pub critical_c_error: Option<f64>,
-    /// Reason why the verdict is neither presence nor absence.
+    /// Reason why the verdict is neither presence nor absence, or what it follows from where that is not the claim
+    /// with this edge.
     pub reason: Option<String>,
 }
 
@@ -65,8 +68,12 @@ pub struct Answer {
     pub cycle: Option<Cycle>,
     /// The edge of its basin; `None` where it attracts from every start.
     pub basin: Option<BasinBoundary>,
+    /// See [`Self::slip_count`]; computed on first use.
+    slip_count: OnceCell<SlipCount>,
 }
 
+/// Why a point is absent that no enclosure of the orbit from the exit point decides.
+const ABSENT_BY_COUNT: &str = "steady slip attracts and there is no slip cycle, both proved, so that the orbit from the exit point does not return";
 /// eps c that no answer distinguishes from 0.
 const NO_DAMPING: f64 = 1e-9;
 
@@ -88,7 +95,7 @@ impl Answer {
             .collect();
         let slipmap_column::LongRun { regime, slip, cycle, basin } =
             slipmap_column::long_run(&oscillator, &flow, tolerance);
-        Self {
+        let mut answer = Self {
             law: law.clone(),
             point: *point,
             tolerance,
@@ -100,6 +107,20 @@ impl Answer {
             slip,
             cycle,
             basin,
+            slip_count: OnceCell::new(),
+        };
+        answer.use_slip_count();
+        answer
+    }
+
+    /// Where the enclosures of `validated` leave a point undecided the proved number of slip cycles may decide it.
+    fn use_slip_count(&mut self) {
+        let is_open =
+            |of: &MethodAnswer| of.method == Method::validated() && of.verdict == Verdict::Undecided;
+        let Some(open) = self.methods.iter().position(is_open) else { return };
+        if proves_absence(&self.oscillator, self.slip_count()) {
+            self.methods[open].verdict = Verdict::Absent;
+            self.methods[open].reason = Some(ABSENT_BY_COUNT.into());
         }
     }
 
@@ -128,14 +149,6 @@ impl Answer {
             to_c: root.c,
             error: root.error,
         })
-    }
-
-    /// What the regime assumes without proof, if anything; `counted` is the number of slip cycles where that
-    /// is proved.
-    pub fn conjecture(&self, counted: Option<u32>) -> Option<&'static str> {
-        let is_known = !matches!(self.regime, Regime::Failed | Regime::Neutral);
-        let is_open = is_known && counted.is_none() && !none_proved(&self.oscillator);
-        self.oscillator.curve.conjecture().filter(|_| is_open)
     }
 
     /// The known part of a regime that is not determined in full: "the equilibrium and the stick-slip cycle
@@ -211,8 +224,8 @@ impl Answer {
     }
 
     /// Proved bounds on the number of slip cycles.
-    pub fn slip_count(&self) -> SlipCount {
-        count_slip_cycles(&self.oscillator)
+    pub fn slip_count(&self) -> &SlipCount {
+        self.slip_count.get_or_init(|| count_slip_cycles(&self.oscillator))
     }
 }
 
@@ -437,6 +450,21 @@ mod tests {
         ] {
             let why = why_too_close(margin, error);
             assert!(why.contains(said) && !why.contains("- is"), "{why}");
+        }
+    }
+
+    /// The divergence is so large that the orbit has no enclosure, but the number of slip cycles has.
+    #[test]
+    fn a_proved_number_of_slip_cycles_decides_what_enclosures_leave_open() {
+        let law = Law::Exponential;
+        for (c, expected) in [(0.9, Verdict::Absent), (0.15, Verdict::Undecided)] {
+            let point = law.point(1.0, &[0.6, 0.05, 0.0], 0.5, c).unwrap();
+            let answer = Answer::of(&law, &point, 1e-9, std::iter::once(Method::validated()));
+            let [validated] = &answer.methods[..] else { unreachable!() };
+            assert_eq!(validated.verdict, expected, "{validated:?}");
+            assert_eq!(validated.reason.as_deref() == Some(ABSENT_BY_COUNT), c == 0.9);
+            let is_absent = proves_absence(&answer.oscillator, answer.slip_count());
+            assert_eq!(is_absent, c == 0.9, "{:?}", answer.slip_count());
         }
     }
 }

@@ -62,7 +62,6 @@ impl Probe {
             regime_reason: (cycles.reason.clone().filter(|_| known.is_some()))
                 .or_else(|| (answer.regime == Regime::Failed).then(|| MAY_HAVE_MORE.to_owned())),
             regime_known: known,
-            regime_conjecture: answer.conjecture(cycles.slip_count.proved),
             equilibrium: Equilibrium::of(oscillator),
             sliding_segment: SlidingSegment {
                 from_x1: oscillator.upper_tangency_x1(),
@@ -216,9 +215,10 @@ impl Cycles {
     }
 }
 
-impl From<SlipCount> for SlipCountResult {
-    fn from(count: SlipCount) -> Self {
-        Self { proved: count.exact(), at_least: count.at_least, at_most: count.at_most, open: count.open }
+impl From<&SlipCount> for SlipCountResult {
+    fn from(count: &SlipCount) -> Self {
+        let SlipCount { at_least, at_most, ref open } = *count;
+        Self { proved: count.exact(), at_least, at_most, open: open.clone() }
     }
 }
 

@@ -33,9 +33,6 @@ pub struct Probe {
     /// Reason why the rest of it is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) regime_reason: Option<String>,
-    /// What the regime assumes without proof.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) regime_conjecture: Option<&'static str>,
     /// The state of steady slip.
     pub(crate) equilibrium: Equilibrium,
     /// The segment on which the mass can stick.
@@ -71,7 +68,8 @@ pub(crate) struct MethodResult {
     pub(crate) guarantee: &'static str,
     /// Equation in the paper, or section of the theory pages.
     pub(crate) equation: Cow<'static, str>,
-    /// Reason why the verdict is neither presence nor absence.
+    /// Reason why the verdict is neither presence nor absence, or what it follows from where that is not the claim
+    /// with this edge.
     pub(crate) reason: Option<String>,
     /// Largest epsilon up to which the verdict equals the simulated one; infinite as far as was looked, null where it is unknown.
     #[serde(serialize_with = "with_infinities")]

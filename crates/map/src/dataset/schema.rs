@@ -142,11 +142,7 @@ impl Schema {
                 }
                 Field::Regime => {
                     let words = "long-run behaviour according to the simulated flow";
-                    let mut regime = plain("regime", words, Content::Regime);
-                    if let Some(words) = grid.some_column().curve.conjecture() {
-                        regime.attributes.push(("conjecture", words.into()));
-                    }
-                    variables.push(regime);
+                    variables.push(plain("regime", words, Content::Regime));
                 }
                 field => {
                     for quantity in Quantity::of(field, methods.len(), grid.axes().len() - 1) {

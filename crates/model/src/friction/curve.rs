@@ -10,9 +10,9 @@ use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
 
-/// What regimes assume of laws with [`Curve::weakening_is_convex`], where bounds of the even part of the
-/// weakening rate do not exclude slip cycles.
-pub const ONE_SLIP_CYCLE: &str = "at most one slip cycle, a conjecture for laws that weaken less and less: no proof and no counterexample is known";
+/// Slip speed up to which bounds of the friction are tried for [`Curve::fastest_of_slip_cycles`], in units of the
+/// belt speed or of 1: where 0 <= phi <= 1 the bound is 2 V + 1 at most.
+const FASTEST_TRIED: f64 = 4.0;
 
 /// A friction curve: a law with all its parameters fixed. Clones share the compiled form.
 #[derive(Clone, Debug)]
@@ -645,34 +645,40 @@ impl Curve {
     /// Returns whether the weakening rate is proved to be nonincreasing and convex in the slip speed, the
     /// continuation to u < 0 included.
     ///
-    /// Then the even part in v of w(V - v) rises with |v|. So, to first order in the divergence, the growth
-    /// of a turn rises with its amplitude: there is at most one slip cycle, and it repels. For divergences of
-    /// any size that is a conjecture, [`ONE_SLIP_CYCLE`]: `certify::slip_count` proves it point by
-    /// point, without exception so far.
+    /// Then there is at most one slip cycle, at any damping, and it repels: [`Self::has_one_slip_cycle_at_most`].
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
         self.form.closed().is_some_and(ClosedForm::weakening_is_convex)
     }
 
-    /// As [`Self::weakening_is_convex`] for the slip speeds of slip cycles, which stay below twice the belt speed: sums of
-    /// falling exponentials, for instance.
-    pub fn weakening_is_convex_of_cycles(&self, belt_speed: f64) -> bool {
-        self.weakening_is_convex()
-            || self.form.closed().is_none() && self.compiled(2.0 * belt_speed).is_convex()
+    /// Returns whether at most one slip cycle is proved to exist at each damping c >= 0: the weakening rate is
+    /// convex, or concave, over all slip speeds that slip cycles may pass (theory, "At most one slip cycle").
+    /// It then exists where the equilibrium attracts and the orbit from (V, 0) returns, and repels, or where neither
+    /// holds, and attracts.
+    #[must_use]
+    pub fn has_one_slip_cycle_at_most(&self, belt_speed: f64) -> bool {
+        let bends_one_way = |fastest: f64| self.compiled(fastest).bends_one_way(fastest);
+        match self.form.closed() {
+            Some(law) => law.weakening_is_convex(),
+            None => self.fastest_of_slip_cycles(belt_speed).is_some_and(bends_one_way),
+        }
     }
 
-    /// What regimes assume of the law without proof, if anything: the slip motion of Coulomb's law is linear.
-    pub fn conjecture(&self) -> Option<&'static str> {
-        self.weakening_is_convex().then(|| self.one_slip_cycle()).flatten()
-    }
-
-    /// As [`Self::conjecture`], what curves of folds assume.
-    pub fn conjecture_of_folds(&self, belt_speed: f64) -> Option<&'static str> {
-        self.weakening_is_convex_of_cycles(belt_speed).then(|| self.one_slip_cycle()).flatten()
-    }
-
-    fn one_slip_cycle(&self) -> Option<&'static str> {
-        (!matches!(self.form, Form::Coulomb(_))).then_some(ONE_SLIP_CYCLE)
+    /// A proved bound of the slip speeds on slip cycles at dampings c >= 0; `None` where there is none.
+    ///
+    /// Slip cycles lie inside the orbit from (V, 0), whose lower half lies inside that without damping. There the
+    /// energy about x1 = M, M the largest friction up to the slip speed V, bounds x1 by M + sqrt(V^2 + (M - phi(0))^2)
+    /// where x2 falls to 0, and from there on -x2 is at most the distance of that from the least friction.
+    fn fastest_of_slip_cycles(&self, belt_speed: f64) -> Option<f64> {
+        let between = |lo: f64, hi: f64| self.formula(Interval::new(lo, hi)).filter(|phi| phi.is_bounded());
+        let speed = Interval::of(belt_speed);
+        let highest = Interval::of(between(0.0, belt_speed)?.hi);
+        let excess = highest - between(0.0, 0.0)?;
+        let farthest = highest + (speed.square() + excess.square()).sqrt();
+        let bound = |tried: f64| Some((speed + farthest - Interval::of(between(belt_speed, tried)?.lo)).hi);
+        let tried = FASTEST_TRIED * belt_speed.max(1.0);
+        // Up to a bound that holds the friction is bounded better.
+        bound(bound(tried).filter(|fastest| *fastest <= tried)?)
     }
 }
 

@@ -436,12 +436,10 @@ fn proved(all: &Assessment) -> Vec<Line> {
         None => "no proof decides it".to_owned(),
     };
     let computed = format!("computed, with an error where it reaches the digits that are printed{of_curve}");
-    let mut lines = vec![
+    vec![
         line("stick-slip cycle at the working point", Rich::foreign(&proved)),
         line("all numbers above", Rich::foreign(&computed)),
-    ];
-    lines.extend(all.conjecture.map(|assumed| line("regimes and limits assume", rich(assumed))));
-    lines
+    ]
 }
 
 /// The attractors at the working point; where they are not determined, what is known and why the rest is not.

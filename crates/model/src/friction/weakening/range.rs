@@ -171,12 +171,14 @@ impl Weakening {
         self.bounds(lo, hi)
     }
 
-    /// Returns whether w is proved to fall, and to be convex, up to the reach.
-    pub(crate) fn is_convex(&self) -> bool {
-        let is_convex = |piece: &Piece| {
-            piece.slope == Sign::NotPositive && piece.bend == Sign::NotNegative && piece.error.is_finite()
-        };
-        self.jumps.is_empty() && self.pieces.iter().all(is_convex)
+    /// Returns whether w is proved to be convex, or concave, on [0, `hi`].
+    pub(crate) fn bends_one_way(&self, hi: f64) -> bool {
+        let pieces = || self.pieces[..=self.piece_of(hi.min(self.reach()))].iter();
+        let is_everywhere = |sign: Sign| pieces().all(|piece| piece.bend == sign);
+        // The slope may jump the other way at a corner.
+        hi <= self.reach()
+            && self.corners().first().is_none_or(|corner| *corner >= hi)
+            && [Sign::NotNegative, Sign::NotPositive].into_iter().any(is_everywhere)
     }
 
     /// The upper bound of [`Weakening::range`], at half the cost.
