@@ -8,8 +8,8 @@ mod units;
 
 use super::html;
 use figures::FIGURE;
+use lines::Section;
 pub use lines::percent;
-use lines::{Line, Section};
 pub(crate) use lines::{known_in_words, why_no_critical, why_no_kick};
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, TEXT};
 use slipmap_figure::paragraph::paragraph;
@@ -18,6 +18,9 @@ use slipmap_figure::text::{Rich, join, rich};
 use slipmap_machine::assessment::Assessment;
 use slipmap_machine::risk::{Risk, Uncertain};
 pub use units::Written;
+
+/// A question and its answer.
+pub(crate) type Line = (Rich, Rich);
 
 /// Size of the page: A4, in points.
 const PAGE: (f64, f64) = (595.0, 842.0);

@@ -1,6 +1,7 @@
 //! The answer of the page in a sentence.
 
-use super::lines::{damping_limit, percent, quantity, with_error};
+use super::lines::{damping_limit, percent, quantity};
+use super::units::with_error;
 use super::units::{Unit, Written};
 use slipmap_column::{Attractors, Regime};
 use slipmap_figure::text::{Rich, capital, rich};

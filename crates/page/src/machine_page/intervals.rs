@@ -1,9 +1,22 @@
 //! The lines of the page about the intervals of belt speed and damping in which the machine behaves in one way.
 
-use super::lines::{Line, digits_of_data, with_error};
-use super::units::{Unit, Written};
+use super::Line;
+use super::units::{Unit, Written, with_error};
 use slipmap_figure::text::{Rich, rich};
 use slipmap_machine::assessment::{Assessment, End, Intervals, Statement};
+use slipmap_machine::risk::WithError;
+use slipmap_numbers::text::digits_within;
+
+/// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way
+/// that is not known: those of the damping below which steady slip is unstable, and of the critical damping.
+pub(super) fn digits_of_data(all: &Assessment) -> [usize; 2] {
+    let errors = all.standard_errors;
+    let limits =
+        [errors.map(|errors| errors.hopf_damping), errors.and_then(|errors| errors.critical_damping)];
+    limits.map(|limit| {
+        limit.map_or(4, |WithError { value, standard_error }| digits_within(value, standard_error, 4).max(2))
+    })
+}
 
 /// A quantity that varies: its words, its unit, and the error and number of digits with which an end of an interval is
 /// printed that is located to within an error.

@@ -1,7 +1,8 @@
 //! The lines of the page: questions and answers, section by section.
 
-use super::intervals;
-use super::units::{Unit, Written};
+use super::Line;
+use super::intervals::{self, digits_of_data};
+use super::units::{Unit, Written, with_error};
 use crate::palette;
 use slipmap_figure::text::{Rich, join, rich};
 pub use slipmap_machine::assessment::{Assessment, NeededKick, Undetermined};
@@ -9,33 +10,13 @@ use slipmap_machine::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_unc
 use slipmap_machine::{Coefficients, Dimension, Friction, Motion};
 use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
-use slipmap_numbers::text::{digits_within, known_part, rounded};
-
-/// A question and its answer.
-pub(crate) type Line = (Rich, Rich);
+use slipmap_numbers::text::{known_part, rounded};
 
 /// A heading and its lines.
 pub(crate) type Section = (&'static str, Vec<Line>);
 
 pub(super) fn quantity<'a>(value: f64, unit: impl Into<Unit<'a>>) -> Rich {
     unit.into().number(value, 4)
-}
-
-/// A number in SI units and its error, where that reaches the digits: "171 ± 20 N s/m".
-pub(super) fn with_error<'a>(value: f64, error: f64, digits: usize, unit: impl Into<Unit<'a>>) -> Rich {
-    let Unit { name, size } = unit.into();
-    Rich::with_error(value / size, error / size, digits).with_unit(name)
-}
-
-/// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way
-/// that is not known: those of the damping below which steady slip is unstable, and of the critical damping.
-pub(super) fn digits_of_data(all: &Assessment) -> [usize; 2] {
-    let errors = all.standard_errors;
-    let limits =
-        [errors.map(|errors| errors.hopf_damping), errors.and_then(|errors| errors.critical_damping)];
-    limits.map(|limit| {
-        limit.map_or(4, |WithError { value, standard_error }| digits_within(value, standard_error, 4).max(2))
-    })
 }
 
 /// A limit of the damping, with its standard error where that is known; the critical damping else with its

@@ -41,3 +41,9 @@ impl<'a> Unit<'a> {
         Rich::number(value / self.size, digits).with_unit(self.name)
     }
 }
+
+/// A number in SI units and its error, where that reaches the digits: "171 ± 20 N s/m".
+pub(super) fn with_error<'a>(value: f64, error: f64, digits: usize, unit: impl Into<Unit<'a>>) -> Rich {
+    let Unit { name, size } = unit.into();
+    Rich::with_error(value / size, error / size, digits).with_unit(name)
+}
