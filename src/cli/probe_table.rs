@@ -203,15 +203,15 @@ fn oscillator(
         }
         About::Machine(of, _) => {
             let mut machine = of.machine.clone();
-            for (name, value) in table.values(row)? {
-                let changed = machine.with(name, value).filter(Machine::is_legal);
-                machine = changed.ok_or_else(|| {
-                    table.illegal(
-                        row,
-                        name,
-                        "makes no machine: masses, stiffnesses, forces and speeds are greater than 0",
-                    )
-                })?;
+            // Checked when all are set: a row may change both coefficients of friction.
+            let values = table.values(row)?;
+            let is_known = values.iter().all(|(name, value)| machine.set(name, *value));
+            if !(is_known && machine.is_legal()) {
+                let illegal = machine.illegal().map(|(name, ..)| name);
+                let of_row = |name: &&str| values.iter().any(|(known, _)| known == name);
+                let last = values.last().map_or("", |(name, _)| name);
+                let problem = "makes no machine: masses, stiffnesses, forces and speeds are greater than 0";
+                return Err(table.illegal(row, illegal.filter(of_row).unwrap_or(last), problem).into());
             }
             if let Friction::Measured(data) = &machine.friction
                 && data.fastest() < 2.0 * machine.belt_speed

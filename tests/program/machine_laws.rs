@@ -178,6 +178,12 @@ fn a_table_of_machines_is_answered_in_si_units() {
     let plain = answered("belt_speed,damping,note");
     assert_eq!(answered("belt_speed [m/s],damping [N s/m],note (free)"), plain);
     assert_ne!(answered("belt_speed [m/s],#speed of the day [km/h],note"), plain);
+    // A machine is one or not with all numbers of its row: 0.2 is below the kinetic friction of the configuration.
+    scratch.file("in.csv", "static_friction,kinetic_friction\n0.2,0.1\n");
+    scratch.run(&run).ends_with(0);
+    std::fs::remove_file(scratch.path().join("out.csv")).unwrap();
+    scratch.file("in.csv", "static_friction,kinetic_friction\n0.2,0.3\n");
+    scratch.run(&run).refuses(&["in.csv:2: column kinetic_friction: `0.3` makes no machine"]);
     // Numbers that would not be those of the answer.
     scratch.file("in.csv", "belt_speed,rpm\n0.1,7\n");
     scratch.run(&run).refuses(&["in.csv:1: column 2", "numbers of `rpm` are not read", "call it `#rpm`"]);

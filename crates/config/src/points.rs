@@ -421,12 +421,13 @@ fn factor_of(
             conversions.push(conversion(unit, factor, wanted));
             Ok(factor)
         }
-        Match::Factor(_) | Match::Other | Match::Unknown => Err((
+        read_as @ (Match::Factor(_) | Match::Other | Match::Unknown) => Err((
             format!("{read}, and the header says `{unit}`"),
-            match meant(unit, wanted).filter(|meant| meant != unit) {
-                Some(meant) => format!("write {meant}"),
-                None => "convert the column, or correct the header".into(),
-            },
+            match read_as {
+                Match::Unknown => meant(unit, wanted).map(|meant| format!("write {meant}")),
+                _ => None,
+            }
+            .unwrap_or("convert the column, or correct the header".into()),
         )),
     }
 }

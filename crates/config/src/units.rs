@@ -79,7 +79,7 @@ const PREFIXES: [(&str, f64); 11] = [
 fn named(symbol: &str) -> Option<Unit> {
     let is_word = |name: &str| name.len() > 2 && name.bytes().all(|c| c.is_ascii_lowercase());
     let is_it = |name: &&str| *name == symbol || is_word(name) && name.eq_ignore_ascii_case(symbol);
-    let of = NAMED.iter().find(|(names, ..)| names.iter().any(|name| is_it(name)));
+    let of = NAMED.iter().find(|(names, ..)| names.iter().any(is_it));
     of.map(|&(_, factor, exponents)| Unit { factor, exponents })
 }
 

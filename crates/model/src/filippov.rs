@@ -122,10 +122,14 @@ impl<'a> HopfRate<'a> {
         self.rounding_of(self.scale)
     }
 
-    /// Size up to which the rate is not distinguishable from 0. What is known of the rounding of a law that a program gives
-    /// is the size of its rates.
+    /// Bound of the error of the rate. What is known of the rounding of a law that a program gives is the size of its rates.
+    /// A rate that means over orbits do not show, as what is left of a fall long before the belt speed, has no sign alone.
     fn rounding_here(&self) -> f64 {
-        self.rounding_of(if self.curve.is_sampled() { self.scale } else { self.rate.abs() })
+        let (rate, of_means) = (self.rate.abs(), self.rounding());
+        match self.curve.is_sampled() {
+            true => of_means,
+            false => self.rounding_of(rate) + if rate <= of_means { rate } else { 0.0 },
+        }
     }
 
     /// The rounding of a rate or a mean of that size: a few of the smallest numbers where friction is flat, whose bounds are
@@ -314,6 +318,9 @@ mod tests {
             (built_in(Law::Exponential, &[0.5, 1e-12, 0.0]), 1e-200, Stability::Attracts),
             (built_in(Law::Exponential, &[0.5, 1e-12, 0.0]), 0.0, Stability::Neutral),
             (formula("0.5 + 0.5*exp(-u/1e-9)"), 1e-9, Stability::Attracts),
+            // exp(-200) of a fall is left, which no orbit shows.
+            (built_in(Law::Exponential, &[0.5, 5e-3, 0.0]), 0.0, Stability::Neutral),
+            (built_in(Law::Exponential, &[0.5, 5e-3, 0.0]), 1e-30, Stability::Attracts),
             // 1e12 / 2 / (1 + 1e12)^2 = 5e-13.
             (built_in(Law::Stribeck, &[0.5, 0.0, 1e12]), 5.1e-13, Stability::Attracts),
             (built_in(Law::Stribeck, &[0.5, 0.0, 1e12]), 4.9e-13, Stability::Repels),

@@ -159,14 +159,14 @@ impl Curve {
         self.form.weakening(u)
     }
 
-    /// The size of the weakening rate in its means over orbits about the equilibrium: the largest of a few away from rest, and
-    /// of the change of friction. A narrow fall at rest has a rate there that is larger by any factor.
+    /// The size of the weakening rate in its means over orbits about the equilibrium: the rate there, and the changes of
+    /// friction. A narrow fall has a rate that is larger by any factor.
     pub(crate) fn weakening_scale(&self, belt_speed: f64) -> f64 {
         let places = [0.0, 0.5, 1.0, 1.5, 2.0].map(|share| share * belt_speed);
-        let rates = places[1..].iter().map(|u| self.weakening(*u).abs());
         let changes =
             places.windows(2).map(|ends| (self.phi(ends[1]) - self.phi(ends[0])).abs() / belt_speed);
-        rates.chain(changes).filter(|rate| rate.is_finite()).fold(0.0, f64::max)
+        let here = std::iter::once(self.weakening(belt_speed).abs());
+        here.chain(changes).filter(|rate| rate.is_finite()).fold(0.0, f64::max)
     }
 
     /// Bound of the rounding error of the weakening rate at slip speed `u`, where one is known: by interval
