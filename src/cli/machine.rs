@@ -18,7 +18,7 @@ use slipmap_config::MachineJob;
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
 use slipmap_machine::assessment::{Assessment, assess_fitted};
-use slipmap_machine::risk::{NoRisk, Risk, is_uncertain, risk};
+use slipmap_machine::risk::{MOST_DRAWS, NoRisk, Risk, is_uncertain, risk};
 use slipmap_page::{MachinePage, Subject, to_json};
 
 /// Assess a machine at its working point, on one page.
@@ -44,8 +44,8 @@ pub(super) struct Arguments {
     /// Write the page; .pdf, .svg, .png or .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Draws of the uncertain quantities; default: 100000, or as many as take some seconds
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..))]
+    /// Draws of the uncertain quantities, at most ten million; default: 100000, or as many as take some seconds
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=MOST_DRAWS as i64))]
     draws: Option<u32>,
     /// Probabilities for which the damping is sought
     #[arg(long, value_name = "P", value_delimiter = ',', default_values_t = [0.1, 0.01, 0.001],

@@ -144,7 +144,7 @@ pub(super) fn complete_already(job: &Job, as_json: bool) -> Result<(), Failure> 
 fn compute(arguments: &Arguments, job: &Job, map: PartialMap, stop: &AtomicBool) -> Result<Ended, Failure> {
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
     bar.inc(map.found.account.cells);
-    let queue = Queue::new(map.found.finished());
+    let queue = Queue::new(map.found.tiles(), map.found.finished());
     let on_cells = |cells| bar.inc(cells as u64);
     let control = Control { threads: arguments.threads, on_cells: &on_cells, stop, ..Control::default() };
     let tiles = || {
@@ -180,13 +180,11 @@ fn compute_shard(
     shard: Shard,
     stop: &AtomicBool,
 ) -> Result<Ended, Failure> {
-    let finished = map.found.finished();
-    let (all, of_shard) = (finished.len(), shard.tiles(finished.len()));
+    let (all, of_shard) = (map.found.tiles(), shard.tiles(map.found.tiles()));
     let before = map.found.finished_tiles();
     let cells = (of_shard - before) as u64;
     let bar = progress::bar(arguments.quiet, Some(cells), "tiles");
-    let others = finished.iter().enumerate().map(|(tile, &finished)| finished || !shard.has(tile));
-    let queue = Queue::new(others.collect());
+    let queue = Queue::new(all, map.found.finished()).of_shard(shard);
     let on_cells = |_| bar.inc(1);
     let control = Control { threads: arguments.threads, on_cells: &on_cells, stop, ..Control::default() };
     let computed = slipmap_map::compute_tiles(&job.plan, map, &control, &|| queue.take());

@@ -2,6 +2,7 @@
 //! or with an error. Inputs are valid ones with pieces changed, removed, doubled or inserted, which reach
 //! more code than random bytes.
 
+use std::collections::HashSet;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -118,7 +119,7 @@ struct Good {
 }
 
 fn compute(plan: &Plan, sink: &impl Sink<Error = StoreError>) {
-    let queue = Queue::new(vec![false; plan.tile_count()]);
+    let queue = Queue::new(plan.tile_count(), HashSet::new());
     let control = Control { threads: Some(1), ..Control::default() };
     compute_tiles(plan, sink, &control, &|| queue.take()).unwrap();
 }

@@ -6,7 +6,9 @@ use slipmap::filippov::Oscillator;
 use slipmap::friction::{Law, Table};
 use slipmap::map::{Account, Control, Each, Engine, Field, Grid, Plan, Queue, TileData, unravel};
 use slipmap::orbits::flow;
+use std::collections::HashSet;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::sample::{Random, formula};
 
@@ -28,7 +30,7 @@ fn of_fields(
 ) -> (Vec<(Verdict, Regime)>, Account) {
     let plan = Plan::builder(grid.clone()).methods([Method::Simulation]).fields(fields.iter().copied());
     let plan = plan.engine(engine).audit_cells(audited).tile_shape(grid.shape()).build().unwrap();
-    let (tiles, queue) = (Mutex::new(Vec::new()), Queue::new(vec![false; plan.tile_count()]));
+    let (tiles, queue) = (Mutex::new(Vec::new()), Queue::new(plan.tile_count(), HashSet::new()));
     let sink = Each(|data: &TileData| {
         let regimes = data.regime.values().chain(std::iter::repeat(Regime::Failed));
         let cells: Vec<_> = data.methods[0].verdicts.values().zip(regimes).collect();
@@ -233,4 +235,22 @@ fn a_sudden_change_of_the_law_is_not_interpolated_over() {
     let [present, absent] = [Verdict::Present, Verdict::Absent]
         .map(|verdict| found.iter().filter(|(found, _)| *found == verdict).count());
     assert!(present > 200 && absent > 200, "{present} {absent}");
+}
+
+/// Where one worker panics the others end with the tile that they are at.
+#[test]
+fn a_panic_of_a_worker_ends_all() {
+    let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![2.0], nodes(0.5, 2.0, 400), vec![0.5]];
+    let plan = Plan::builder(Grid::new(Law::Stribeck, nodes.to_vec()).unwrap()).methods([Method::Simulation]);
+    let plan = plan.tile_shape([1; 6]).audit_cells(0).build().unwrap();
+    let (done, queue) = (AtomicUsize::new(0), Queue::new(plan.tile_count(), HashSet::new()));
+    let sink = Each(|data: &TileData| {
+        assert!(data.tile.number > 0, "the first tile");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        done.fetch_add(1, Ordering::Relaxed);
+    });
+    let control = Control { threads: Some(2), ..Control::default() };
+    let compute = || slipmap::map::compute_tiles(&plan, &sink, &control, &|| queue.take());
+    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(compute)).is_err());
+    assert!(done.load(Ordering::Relaxed) < 100, "{done:?} of {}", plan.tile_count());
 }

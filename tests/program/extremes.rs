@@ -233,7 +233,7 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
     });
     let first = vec![Contradiction { tile: 0, index: vec![0; 6], verdicts: verdicts.collect() }];
     let sink = Contradicted(&map, Contradictions { cells: 3, first });
-    let queue = Queue::new(map.found.finished());
+    let queue = Queue::new(map.found.tiles(), map.found.finished());
     map::compute_tiles(&job.plan, &sink, &Control::default(), &|| queue.take()).unwrap();
     drop(map);
 

@@ -44,3 +44,22 @@ fn a_plane_of_two_long_axes_is_thinned() {
     // nodes.
     assert!(svg.len() < 1_000_000, "{} bytes", svg.len());
 }
+
+/// More tiles than memory has bytes: what is kept is that of the tiles that are finished.
+#[test]
+fn a_grid_of_a_trillion_tiles_takes_no_memory_for_them() {
+    let scratch = Scratch::new();
+    scratch.file(
+        "job.toml",
+        "[grid]\nepsilon = 0.1\nalpha = { from = 0.0, to = 0.9, points = 1000000 }\nbeta = 0.0\n\
+         gamma = { from = 0.5, to = 2.0, points = 1000000 }\nV = 1.0\nc = { from = 0.0, to = 3.0, points = 1000000 }\n\
+         [methods]\nrun = [\"symmetric\"]\n[output]\npath = \"map.h5\"\n",
+    );
+    let status = scratch.json("status job.toml");
+    assert_eq!((&status["done"], &status["complete"]), (&0.into(), &false.into()), "{status}");
+    assert!(status["tiles"].as_u64() > Some(1_000_000_000), "{status}");
+    scratch.run("merge job.toml").refuses(&["tiles of 1,000,000,000,000 missing"]);
+    scratch.run("run job.toml --shard 2/3 --threads 1 --time-limit 1s --quiet").ends_with(75);
+    let status = scratch.json("status job.toml");
+    assert_eq!(status["missing_shards"], serde_json::json!([1, 2, 3]), "{status}");
+}

@@ -110,7 +110,7 @@ fn everything() -> Plan {
 
 /// Computes at most `tiles` of the tiles that are missing from a map; returns their account.
 fn add_tiles(map: &PartialMap, tiles: usize) -> (Account, usize) {
-    let queue = Queue::new(map.found.finished());
+    let queue = Queue::new(map.found.tiles(), map.found.finished());
     let left = AtomicUsize::new(tiles);
     let take = |n: usize| n.checked_sub(1);
     let next = || left.fetch_update(Relaxed, Relaxed, take).ok().and_then(|_| queue.take());

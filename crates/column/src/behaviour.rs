@@ -106,12 +106,12 @@ impl<'a> Behaviour<'a> {
     /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, with bounds
     /// of their amplitudes that are as narrow as possible; `None` if the cycles are unknown.
     fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
-        self.cycles(viscous, end, |ends| {
-            self.read(viscous, |backbone| {
-                let cycles = backbone.cycles(viscous, ends.stable, ends.returns)?;
-                Some(cycles.into_iter().map(|cycle| backbone.narrowed(cycle, viscous)).collect())
-            })
-        })
+        let cycles = self.count(viscous, end)?;
+        // The fine one is dear, and serves all dampings.
+        let fine =
+            (!cycles.is_empty() && !self.curve.weakening_is_convex()).then(|| self.backbone()).flatten();
+        let narrowed = |cycle| fine.map_or(cycle, |fine| fine.narrowed(cycle, viscous));
+        Some(cycles.into_iter().map(narrowed).collect())
     }
 
     /// As [`Self::slip_cycles`], between any bounds: for the number and the stability of the cycles.

@@ -1,5 +1,6 @@
 //! Pictures of planes: one colour or one number for each cell of a grid over two axes.
 
+use std::collections::HashSet;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -81,7 +82,7 @@ fn computed(
     };
     let picture = Picture::new(&plan, show, *x, *y)?;
     let sink = Each(|data: &TileData| picture.fill(data));
-    let queue = Queue::new(vec![false; plan.tile_count()]);
+    let queue = Queue::new(plan.tile_count(), HashSet::new());
     match compute_tiles(&plan, &sink, control, &|| queue.take()) {
         Ok(_) => {}
         Err(ComputeError::Interrupted) => return Err(Refusal::stopped()),

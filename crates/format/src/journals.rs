@@ -6,7 +6,7 @@
 //! - `NAME.part-map.LETTERS`, the map itself while it is made of the journals. HDF5 guarantees nothing for a file
 //!   whose process died while it wrote to the file, so it is made anew each time.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs;
 use std::io;
 use std::num::NonZeroU32;
@@ -75,7 +75,9 @@ pub struct Journals {
     pub(super) plan: Plan,
     pub(super) opening: Vec<(String, Value)>,
     files: Vec<PathBuf>,
-    places: Vec<Option<FramePlace>>,
+    /// The places of those tiles that are finished, by their numbers.
+    places: BTreeMap<usize, FramePlace>,
+    tiles: usize,
     pub(super) existing: Existing,
     history: Vec<String>,
     /// The sum of the accounts of the tiles.
@@ -97,7 +99,8 @@ impl Journals {
             plan: plan.clone(),
             opening: attributes::opening(plan, provenance),
             files: Vec::new(),
-            places: vec![None; plan.tile_count()],
+            places: BTreeMap::new(),
+            tiles: plan.tile_count(),
             existing,
             history: Vec::new(),
             account: Account::none(plan),
@@ -160,7 +163,7 @@ impl Journals {
         let (mut used, mut seconds) = (false, 0.0f64);
         self.files.push(path.to_path_buf());
         while let Some(frame) = reader.next().map_err(failed)? {
-            let tile = usize::try_from(frame.tile).ok().filter(|&tile| tile < self.places.len());
+            let tile = usize::try_from(frame.tile).ok().filter(|&tile| tile < self.tiles);
             let wanted = |&tile: &usize| shard.is_none_or(|shard| shard.has(tile));
             let Some(tile) = tile.filter(wanted) else { continue };
             let contents = reader.contents(frame, &mut buffer).map_err(failed)?;
@@ -168,7 +171,7 @@ impl Journals {
                 None => self.lost += frame.bytes(),
                 Some(contents) => {
                     seconds = seconds.max(contents.seconds);
-                    if self.places[tile].is_none() {
+                    if !self.places.contains_key(&tile) {
                         self.account.add(contents.account);
                         self.place(frame);
                         used = true;
@@ -195,7 +198,7 @@ impl Journals {
         let journal = u32::try_from(self.files.len()).ok().and_then(NonZeroU32::new);
         // Readers take no longer frame, and there are fewer files than numbers for them.
         if let (Some(journal), Ok(length)) = (journal, u32::try_from(frame.length)) {
-            self.places[frame.tile as usize] = Some(FramePlace { journal, length, at: frame.at });
+            self.places.insert(frame.tile as usize, FramePlace { journal, length, at: frame.at });
         }
     }
 
@@ -206,22 +209,22 @@ impl Journals {
         frames.into_iter().for_each(|frame| self.place(frame));
     }
 
-    /// One entry for each tile of the grid: whether a journal holds it.
+    /// The tiles that journals hold.
     #[must_use]
-    pub fn finished(&self) -> Vec<bool> {
-        self.places.iter().map(Option::is_some).collect()
+    pub fn finished(&self) -> HashSet<usize> {
+        self.places.keys().copied().collect()
     }
 
     /// Number of tiles that journals hold.
     #[must_use]
     pub fn finished_tiles(&self) -> usize {
-        self.places.iter().filter(|place| place.is_some()).count()
+        self.places.len()
     }
 
     /// Number of tiles of the grid.
     #[must_use]
     pub fn tiles(&self) -> usize {
-        self.places.len()
+        self.tiles
     }
 
     /// Number of journals.
@@ -233,13 +236,20 @@ impl Journals {
     /// The numbers of the shards, of `of`, of which tiles are missing, in order.
     #[must_use]
     pub fn missing_shards(&self, of: usize) -> Vec<usize> {
-        let missing = self.places.iter().enumerate().filter(|(_, place)| place.is_none());
-        let numbers: BTreeSet<usize> = missing.map(|(tile, _)| tile % of + 1).collect();
-        numbers.into_iter().collect()
+        let mut finished: HashMap<usize, usize> = HashMap::new();
+        for tile in self.places.keys() {
+            *finished.entry(tile % of + 1).or_default() += 1;
+        }
+        let is_missing = |shard: &Shard, number: usize| {
+            finished.get(&number).copied().unwrap_or(0) < shard.tiles(self.tiles)
+        };
+        (1..=of)
+            .filter(|&number| Shard::new(number, of).is_some_and(|shard| is_missing(&shard, number)))
+            .collect()
     }
 
     /// Makes the map: writes it from the journals, tile by tile in the order of the grid, seals it, forces it to
-    /// disk, gives it its name, and removes the journals. In memory are a window of frames and 24 bytes of each
+    /// disk, gives it its name, and removes the journals. In memory are a window of frames and some 40 bytes of each
     /// tile.
     ///
     /// # Errors
@@ -274,8 +284,10 @@ impl Journals {
     }
 
     pub(super) fn make(&self, outcome: &Outcome) -> Result<(), StoreError> {
-        if let Some(first) = self.places.iter().position(Option::is_none) {
+        if self.finished_tiles() < self.tiles() {
             let (missing, tiles) = (self.tiles() - self.finished_tiles(), self.tiles());
+            let gap = self.places.keys().enumerate().find(|(position, tile)| position != *tile);
+            let first = gap.map_or(self.finished_tiles(), |(position, _)| position);
             return Err(StoreError::Incomplete { path: self.output.clone(), missing, tiles, first });
         }
         // Those of killed processes. One that makes the map at the same time loses its own, and begins anew.
@@ -321,9 +333,8 @@ impl Journals {
             bytes += u64::from(place.length);
             bytes <= WINDOW || bytes == u64::from(place.length)
         };
-        let places = self.places.iter().enumerate().skip(first);
-        let mut wanted: Vec<(usize, FramePlace)> =
-            places.map_while(|(tile, place)| Some((tile, (*place)?))).take_while(within).collect();
+        let places = self.places.range(first..).map(|(tile, place)| (*tile, *place));
+        let mut wanted: Vec<(usize, FramePlace)> = places.take_while(within).collect();
         wanted.sort_by_key(|(_, place)| (place.journal, place.at));
         let mut tiles = Vec::with_capacity(wanted.len());
         let mut buffer = Vec::new();

@@ -119,6 +119,8 @@ const CHUNK: usize = 2048;
 pub const USUAL_DRAWS: usize = 100_000;
 /// The fewest draws by default.
 pub const FEWEST_DRAWS: usize = 100;
+/// Largest number of draws, which take less than a gigabyte.
+pub const MOST_DRAWS: usize = 10_000_000;
 const WORK: u64 = 100_000_000;
 /// Work counted for a search that fails.
 const FAILURE: u64 = 100_000;
@@ -153,6 +155,9 @@ pub enum NoRisk {
     /// At the given damping it is unknown of every draw whether it sticks.
     #[error("at this damping the orbit of no draw of the uncertain quantities could be followed")]
     NoneFollowed,
+    /// More draws than memory is taken for.
+    #[error("more than ten million draws")]
+    TooMany,
     /// The run was interrupted.
     #[error("the draws of the uncertain quantities were interrupted")]
     Interrupted,
@@ -335,46 +340,55 @@ impl Needed {
     /// # Errors
     /// [`NoRisk`].
     pub fn of(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Result<Self, NoRisk> {
+        if draws > MOST_DRAWS {
+            return Err(NoRisk::TooMany);
+        }
         let all = Draws::of(machine, uncertain);
-        let chunk = |chunk: usize| {
+        let drawn = |chunk: usize| {
             // Each chunk has its own stream of random numbers, so the result does not depend on threads.
             let mut random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
             let count = CHUNK.min(draws - chunk * CHUNK);
             let drawn = (0..count).map(|_| all.draw(&mut random).ok_or(NoRisk::Illegal));
             drawn.collect::<Result<Vec<Draw>, NoRisk>>()
         };
-        let chunks: Vec<_> = (0..draws.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-        let drawn = chunks.into_iter().collect::<Result<Vec<_>, NoRisk>>()?;
-        let drawn: Vec<Draw> = drawn.into_iter().flatten().collect();
-        // As far as a part of them tell.
-        let some = drawn.iter().step_by(drawn.len().div_ceil(TRIED).max(1));
+        // As far as some of the first tell.
+        let first = drawn(0)?;
+        let some = first.iter().step_by(first.len().div_ceil(TRIED).max(1));
         let mut models = some.filter_map(|draw| draw.machine.model());
         let may_cross = models.any(|model| may_cross(&model.column()));
-        let search = |some: &[Draw]| all.search(some, may_cross);
-        let found: Vec<Option<Found>> = drawn.par_chunks(SEARCHED_TOGETHER).flat_map_iter(search).collect();
-        let known = drawn.iter().zip(&found).filter_map(|(draw, found)| Some((draw, found.as_ref()?)));
-        let mut needed: Vec<NeededDraw> = known
-            .map(|(Draw { machine, of_damping, .. }, found)| {
+        // The machines of a chunk are gone before most others are drawn: they take ten times as much memory as what is kept.
+        let chunk = |chunk: usize| {
+            let drawn = drawn(chunk)?;
+            let search = |some: &[Draw]| all.search(some, may_cross);
+            let found: Vec<Option<Found>> =
+                drawn.par_chunks(SEARCHED_TOGETHER).flat_map_iter(search).collect();
+            let redrawn: usize = drawn.iter().map(|draw| draw.redrawn).sum();
+            let error = found.iter().flatten().map(|found| found.error).fold(0.0, f64::max);
+            let known = drawn.iter().zip(&found).filter_map(|(draw, found)| Some((draw, found.as_ref()?)));
+            let needed = known.map(|(Draw { machine, of_damping, .. }, found)| {
                 let nominal = |damping: f64| damping / machine.si_damping() - of_damping;
                 NeededDraw {
                     damping: nominal(found.critical),
                     sticks_between: found.sticks_between.map(nominal),
                     legal_from: -of_damping,
                 }
-            })
-            .collect();
-        needed.sort_unstable_by(|one, other| one.damping.total_cmp(&other.damping));
+            });
+            Ok((needed.collect::<Vec<_>>(), redrawn, error))
+        };
+        let chunks: Vec<_> =
+            (0..draws.div_ceil(CHUNK)).into_par_iter().map(chunk).collect::<Result<_, NoRisk>>()?;
+        let (mut needed, mut redrawn, mut error) = (Vec::with_capacity(draws), 0, 0.0);
+        for (some, redrawn_here, error_here) in chunks {
+            needed.extend(some);
+            redrawn += redrawn_here;
+            error = f64::max(error, error_here);
+        }
+        needed.sort_unstable_by(|one: &NeededDraw, other| one.damping.total_cmp(&other.damping));
         if needed.is_empty() {
             return Err(NoRisk::NoneFound);
         }
         let all_legal_from = needed.iter().map(|draw| draw.legal_from).fold(f64::NEG_INFINITY, f64::max);
-        let needed = Self {
-            failed: draws - needed.len(),
-            draws: needed,
-            all_legal_from,
-            redrawn: drawn.iter().map(|draw| draw.redrawn).sum(),
-            error: found.iter().flatten().map(|found| found.error).fold(0.0, f64::max),
-        };
+        let needed = Self { failed: draws - needed.len(), draws: needed, all_legal_from, redrawn, error };
         match needed.legal_of(&needed.draws, given_damping(machine)) {
             0 => Err(NoRisk::Illegal),
             legal => Ok(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed }),
@@ -408,25 +422,27 @@ impl Needed {
 
     /// How many draws are legal, how many of those are known to stick-slip, and of how many that is unknown, just below each
     /// nominal damping at which that changes, from infinity down to 0.
-    fn counts(&self) -> Vec<(f64, [i64; 3])> {
-        let mut changes = vec![(f64::INFINITY, [self.draws.len() as i64, 0, 0])];
+    fn counts(&self) -> Vec<(f64, [i32; 3])> {
+        let mut changes = vec![(f64::INFINITY, [self.draws.len() as i32, 0, 0])];
+        let mut add = |damping: f64, change| changes.extend((damping > 0.0).then_some((damping, change)));
         for &NeededDraw { damping, sticks_between, legal_from } in self.draws.iter().rev() {
             let [crosses_below, from] = sticks_between.map(|from| from.max(legal_from).min(damping));
             if from < damping {
-                changes.extend([(damping, [0, 1, 0]), (from, [0, -1, 0])]);
+                add(damping, [0, 1, 0]);
+                add(from, [0, -1, 0]);
             }
             if crosses_below < from {
-                changes.extend([(from, [0, 0, 1]), (crosses_below, [0, 0, -1])]);
+                add(from, [0, 0, 1]);
+                add(crosses_below, [0, 0, -1]);
             }
-            changes.push((legal_from, [-1, 0, 0]));
+            add(legal_from, [-1, 0, 0]);
         }
-        changes.retain(|(damping, _)| *damping > 0.0);
         changes.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let add = |counts: &mut [i64; 3], (damping, change): (f64, [i64; 3])| {
+        let sum = |counts: &mut [i32; 3], (damping, change): (f64, [i32; 3])| {
             counts.iter_mut().zip(change).for_each(|(count, change)| *count += change);
             Some((damping, *counts))
         };
-        changes.into_iter().scan([0; 3], add).collect()
+        changes.into_iter().scan([0; 3], sum).collect()
     }
 
     /// The nominal damping above which the machine may stick-slip with less than this probability. Its limits are where
@@ -434,14 +450,14 @@ impl Needed {
     fn quantile(&self, probability: f64) -> Option<Estimate> {
         let counts = self.counts();
         // The largest damping at which all legal draws but the least `rank` may stick-slip; 0 if there is none.
-        let largest = |rank: &dyn Fn(f64) -> f64, counted: fn([i64; 3]) -> [i64; 2]| {
+        let largest = |rank: &dyn Fn(f64) -> f64, counted: fn([i32; 3]) -> [i32; 2]| {
             for &(damping, counts) in &counts {
                 let [of, sticking] = counted(counts);
                 let rank = rank(of as f64);
                 if !(0.0..of as f64).contains(&rank) {
                     return None;
                 }
-                if sticking >= of - rank as i64 {
+                if sticking >= of - rank as i32 {
                     return Some(damping);
                 }
             }

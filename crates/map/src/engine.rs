@@ -3,6 +3,7 @@
 //! same for any number of threads.
 
 use std::cell::LazyCell;
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 
@@ -12,6 +13,7 @@ use super::contradictions::contradictions;
 use super::interpolation::Interpolated;
 use super::proved::Proved;
 use super::quantity::describe;
+use super::shard::Shard;
 use super::simulation::{Simulated, simulate};
 use super::{Field, MethodCells, Plan, PlaneCurves, Runs, Sink, Tile, TileData};
 use crate::clock::timed;
@@ -72,29 +74,48 @@ pub enum ComputeError<E: std::error::Error> {
     Sink(E),
 }
 
-/// The tiles of a plan, each handed out once.
+/// The tiles of a plan, each handed out once. It takes memory for those that are finished only: a grid may have more tiles
+/// than memory has bytes.
 #[derive(Debug)]
 pub struct Queue {
     next: AtomicUsize,
-    finished: Vec<bool>,
+    tiles: usize,
+    finished: HashSet<usize>,
+    shard: Shard,
 }
 
 impl Queue {
-    /// The queue of the tiles that are not `finished`, which has one entry per tile of the grid.
+    /// The queue of the tiles of a number of `tiles` that are not `finished`.
     #[must_use]
-    pub fn new(finished: Vec<bool>) -> Self {
-        Self { next: AtomicUsize::new(0), finished }
+    pub fn new(tiles: usize, finished: HashSet<usize>) -> Self {
+        Self { next: AtomicUsize::new(0), tiles, finished, shard: Shard::WHOLE }
+    }
+
+    /// Those of them that belong to a shard.
+    #[must_use]
+    pub fn of_shard(self, shard: Shard) -> Self {
+        Self { shard, ..self }
     }
 
     /// Number of the next tile to compute; `None` when none is left.
     pub fn take(&self) -> Option<usize> {
         loop {
-            let number = self.next.fetch_add(1, Ordering::Relaxed);
-            match self.finished.get(number) {
-                Some(true) => {}
-                Some(false) => return Some(number),
-                None => return None,
+            let tile = self.shard.tile(self.next.fetch_add(1, Ordering::Relaxed));
+            let tile = tile.filter(|&tile| tile < self.tiles)?;
+            if !self.finished.contains(&tile) {
+                return Some(tile);
             }
+        }
+    }
+}
+
+/// Ends the work of all workers where one panics: else the panic would be seen at their end.
+struct EndsAll<'a>(&'a AtomicBool);
+
+impl Drop for EndsAll<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
         }
     }
 }
@@ -122,7 +143,7 @@ pub fn compute_tiles<S: Sink>(
         let (failed, draws, pool) = (&failed, &draws, &pool);
         let workers = move || {
             pool.broadcast(|_| {
-                let sender = sender.clone();
+                let (sender, _ends_all) = (sender.clone(), EndsAll(failed));
                 while let Some(number) = next() {
                     if control.stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
                         break;

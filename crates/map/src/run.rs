@@ -1,5 +1,6 @@
 //! A whole run: every cell of the map, the curves in its planes, and the proofs between its nodes.
 
+use std::collections::HashSet;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -23,7 +24,7 @@ pub struct Earlier {
 /// # Errors
 /// [`ComputeError`]; the sink then holds an incomplete map.
 pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
-    let queue = Queue::new(vec![false; plan.tile_count()]);
+    let queue = Queue::new(plan.tile_count(), HashSet::new());
     let tiles = || compute_tiles(plan, sink, control, &|| queue.take());
     run_with(plan, control, Earlier { account: Account::none(plan), seconds: 0.0 }, tiles)
 }

@@ -24,6 +24,14 @@ impl Shard {
         self.of
     }
 
+    /// All tiles.
+    pub(super) const WHOLE: Self = Self { number: 1, of: 1 };
+
+    /// The tile of the shard at this position, from 0; `None` beyond all numbers.
+    pub(super) fn tile(self, position: usize) -> Option<usize> {
+        position.checked_mul(self.of)?.checked_add(self.number - 1)
+    }
+
     /// Returns whether the tile belongs to the shard.
     #[must_use]
     pub fn has(self, tile: usize) -> bool {
