@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::output::{exact, short};
 use super::replace::Files;
 use super::report::{existing, failure, open};
+use super::width::{ONE, width};
 use super::{Ended, Failure, say};
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
@@ -86,17 +86,6 @@ pub(super) struct Arguments {
     /// Say nothing but errors
     #[arg(long)]
     quiet: bool,
-}
-
-/// The values of `--width`.
-pub(super) const ONE: &str = "one-column";
-pub(super) const TWO: &str = "two-columns";
-
-/// Reads the width of a figure.
-pub(super) fn width() -> impl TypedValueParser<Value = Width> {
-    let width = |name: String| if name == ONE { Width::OneColumn } else { Width::TwoColumns };
-    let values = [(ONE, "84 mm"), (TWO, "174 mm")];
-    PossibleValuesParser::new(values.map(|(name, help)| PossibleValue::new(name).help(help))).map(width)
 }
 
 fn parse_at(text: &str) -> Result<At, String> {

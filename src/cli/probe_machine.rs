@@ -5,15 +5,14 @@ use std::path::Path;
 
 use super::output::{Align, Table, short};
 use super::point::Setting;
-use super::{Failure, say};
+use super::{Failure, notes};
 use slipmap_column::Regime;
 use slipmap_config::{MachineJob, load_machine};
 use slipmap_machine::assessment::StandardErrors;
 use slipmap_machine::behaviour::{Behaviour, Limit};
 use slipmap_machine::probe::regime_words;
-use slipmap_machine::{Dimension, Friction, Machine, negative};
+use slipmap_machine::{Dimension, Machine};
 use slipmap_map::Shown;
-use slipmap_model::friction::{Law, Table as Measured};
 use slipmap_numbers::text::{rounded, with_error};
 
 /// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
@@ -21,36 +20,9 @@ use slipmap_numbers::text::{rounded, with_error};
 pub(super) fn load(file: &Path, settings: &[(String, Setting)]) -> Result<MachineJob, Failure> {
     let job = load_machine(file, settings)?;
     check_single(&job, file, |_| false)?;
-    super::run::tell_units(&job.conversions);
-    warn(&job.machine);
+    notes::tell_units(&job.conversions);
+    notes::warn(&job.machine);
     Ok(job)
-}
-
-/// Tells how its measured friction was read, and warns of each number of a machine that suggests other units.
-pub(super) fn warn(machine: &Machine) {
-    if let Friction::Measured(table) = &machine.friction {
-        tell(table);
-    }
-    for doubt in machine.doubts() {
-        say(&format!("warning: {doubt}"));
-    }
-}
-
-/// Tells how a table was read, and warns of negative friction in it.
-pub(super) fn warn_of_law(law: &Law) {
-    if let Law::Table(table) = law.as_written() {
-        tell(table);
-        if let Some(doubt) = negative(table) {
-            say(&format!("warning: {doubt}"));
-        }
-    }
-}
-
-/// Tells how a table was read, if it is not as the documentation has it.
-fn tell(table: &Measured) {
-    if let Some(told) = &table.source().told {
-        say(&format!("read: {told}"));
-    }
 }
 
 /// Refuses quantities with several values, except for one that is set elsewhere.

@@ -8,12 +8,12 @@ use csv::{ByteRecord, WriterBuilder};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
+use super::notes::tell_units;
 use super::output::{exact, short};
 use super::point::check_law;
-use super::probe::Arguments;
+use super::probe_arguments::Arguments;
 use super::replace::{self, Files};
 use super::report::{existing, unwritten};
-use super::run::tell_units;
 use super::threads::not_started;
 use super::{Ended, Failure, interrupt, probe_machine};
 use slipmap_column::{Method, slip_cycle_count};

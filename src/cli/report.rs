@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::plot::{TWO, width};
 use super::replace::{self, Files};
+use super::width::{TWO, width};
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_figure::FigureError;
 use slipmap_files::{Existing, WriteError};

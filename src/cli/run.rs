@@ -14,7 +14,7 @@ use super::configuration::{Configuration, quoted};
 use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
 use super::report::existing;
-use super::{Ended, Failure, GIT, estimate, interrupt, output, progress, say, threads};
+use super::{Ended, Failure, GIT, estimate, interrupt, notes, output, progress, say, threads};
 use slipmap_config::Job;
 use slipmap_format::{Journals, PartialMap, Provenance, StoreError};
 use slipmap_map::{ComputeError, Control, Queue, Shard};
@@ -86,11 +86,11 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         (false, true) => Permission::Resume,
         (false, false) => Permission::None,
     };
-    tell_units(&job.conversions);
+    notes::tell_units(&job.conversions);
     let preflight = Preflight::check(&job, permission)?;
     match job.plan.grid.machine() {
-        Some(machine) => super::probe_machine::warn(machine),
-        None => super::probe_machine::warn_of_law(job.plan.grid.law()),
+        Some(machine) => notes::warn(machine),
+        None => notes::warn_of_law(job.plan.grid.law()),
     }
     if arguments.dry_run {
         if let Some(refused) = &preflight.refuses {
@@ -216,13 +216,6 @@ fn compute_shard(
         arguments.configuration.words()
     ));
     Ok(Ended::Fine)
-}
-
-/// Prints what units in the configuration are in SI.
-pub(super) fn tell_units(conversions: &[String]) {
-    if !conversions.is_empty() {
-        say(&format!("note: {}", conversions.join(", ")));
-    }
 }
 
 /// Prints the state of the run to be continued.

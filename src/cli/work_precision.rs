@@ -7,9 +7,9 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 
 use super::configuration::Configuration;
-use super::plot::{TWO, width};
 use super::replace::Files;
 use super::report::{existing, failure};
+use super::width::{TWO, width};
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_report::figure::Width;
 use slipmap_report::work_precision::{add_peers, write_study};
