@@ -49,6 +49,9 @@ pub enum NoCriticalDamping {
     /// No engine could follow the orbit that grazes the belt line.
     #[error("the orbit that grazes the belt line cannot be followed")]
     NotFollowed,
+    /// Another engine contradicts what was found.
+    #[error("two engines contradict each other about it")]
+    Contradicted,
     /// It was found with an error above 1 % of it.
     #[error("it is known to no better than {}, which is more than 1 % of it", rounded(*error, 2))]
     Inaccurate {

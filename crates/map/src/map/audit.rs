@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use super::contradictions::excludes_errors;
 use super::{Grid, Plan, Runs, Tile, Verdict};
 use slipmap_certify::Guarantee;
+use slipmap_model::filippov::Oscillator;
 use slipmap_numbers::random::Random;
 use slipmap_simulate::{Fate, Flow};
 
@@ -145,32 +146,70 @@ impl Draws {
 fn audit_cell(plan: &Plan, index: &[usize], verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
     let Ok(oscillator) = plan.grid.oscillator_of(&plan.grid.values(index)) else { return Audit::default() };
-    let first = slipmap_witness::flow(&oscillator, plan.tolerance);
-    let second = OnceCell::new();
+    let witness = Witness::of(&oscillator, plan.tolerance);
     for (method, (of, stored)) in plan.methods.iter().zip(verdicts).enumerate() {
         if !(stored.is_decision() && excludes_errors(of.guarantee())) {
             continue;
         }
         audit.checked += 1;
-        let mut direct = &first;
-        if contradicts(direct, stored) {
-            direct = second.get_or_init(|| slipmap_witness::flow(&oscillator, finer(plan.tolerance)));
-        }
-        match Verdict::from(&direct.fate) {
-            Verdict::Failed | Verdict::NotComputed => audit.unresolved += 1,
-            Verdict::Undecided => audit.within_margin += 1,
-            found if found == stored => audit.agreed += 1,
-            Verdict::Present | Verdict::Absent => {
-                if direct.margin.abs() <= direct.margin_error + plan.tolerance {
-                    audit.within_margin += 1;
-                } else {
-                    let (index, direct) = (index.to_vec(), direct.fate);
-                    audit.disagreements.push(Disagreement { index, method, stored, direct });
-                }
+        match witness.asked_about(stored) {
+            (_, Opinion::None) => audit.unresolved += 1,
+            (_, Opinion::WithinMargin) => audit.within_margin += 1,
+            (_, Opinion::Agrees) => audit.agreed += 1,
+            (direct, Opinion::Contradicts) => {
+                let (index, direct) = (index.to_vec(), direct.fate);
+                audit.disagreements.push(Disagreement { index, method, stored, direct });
             }
         }
     }
     audit
+}
+
+/// What the direct engine says of a verdict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Opinion {
+    Agrees,
+    /// Within its error it does not decide.
+    WithinMargin,
+    Contradicts,
+    /// It does not know.
+    None,
+}
+
+/// The direct engine as a second opinion on an orbit from the exit point.
+pub(crate) struct Witness<'a> {
+    oscillator: &'a Oscillator,
+    tolerance: f64,
+    first: Flow,
+    second: OnceCell<Flow>,
+}
+
+impl<'a> Witness<'a> {
+    pub(crate) fn of(oscillator: &'a Oscillator, tolerance: f64) -> Self {
+        let first = slipmap_witness::flow(oscillator, tolerance);
+        Self { oscillator, tolerance, first, second: OnceCell::new() }
+    }
+
+    /// What it says of a decision, and the flow by which it does.
+    pub(crate) fn asked_about(&self, stored: Verdict) -> (&Flow, Opinion) {
+        let mut direct = &self.first;
+        if stored.is_decision() && contradicts(direct, stored) {
+            direct =
+                self.second.get_or_init(|| slipmap_witness::flow(self.oscillator, finer(self.tolerance)));
+        }
+        let opinion = match Verdict::from(&direct.fate) {
+            Verdict::Failed | Verdict::NotComputed => Opinion::None,
+            Verdict::Undecided => Opinion::WithinMargin,
+            found if found == stored => Opinion::Agrees,
+            Verdict::Present | Verdict::Absent => {
+                match direct.margin.abs() <= direct.margin_error + self.tolerance {
+                    true => Opinion::WithinMargin,
+                    false => Opinion::Contradicts,
+                }
+            }
+        };
+        (direct, opinion)
+    }
 }
 
 /// Whether a flow decides, and its verdict differs from the stored one.

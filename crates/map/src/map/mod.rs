@@ -28,6 +28,7 @@ mod verdict;
 
 pub use account::{Account, FailedCell, MethodAccount, Stages, Unknown};
 pub use audit::{Audit, Disagreement};
+pub(crate) use audit::{Opinion, Witness};
 pub use behaviour::{BasinBoundary, Behaviour, LongRun, long_run};
 pub use behaviour::{left_out, regime, slip_cycle_count};
 pub use contradictions::{Contradiction, Contradictions};
