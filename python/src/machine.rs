@@ -16,7 +16,6 @@ use slipmap::machine::{self as engine, Coefficients, Friction, Model, NORMAL_FOR
 use slipmap::map::Shown;
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk, uncertain_critical_damping};
-use slipmap::witness;
 use slipmap_page::{MachinePage, Subject, to_json};
 
 use crate::columns::{columns_of, in_tasks};
@@ -228,8 +227,8 @@ impl Machine {
         check_tolerance(tolerance)?;
         let model = self.model()?;
         let probe = run(py, None, None, |_| {
-            let answer = Answer::of(&model.law, &model.point, tolerance, Method::all());
-            let direct = witness::flow(&answer.oscillator, tolerance);
+            let (answer, direct) =
+                Answer::of_both_engines(&model.law, &model.point, tolerance, Method::all());
             let mut probe = Probe::new(&answer, &direct);
             let behaviour = behaviour(&model, tolerance);
             let errors = StandardErrors::of_dampings(&self.machine, &self.uncertain);

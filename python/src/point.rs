@@ -4,7 +4,6 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use slipmap::column::Method;
 use slipmap::probe::{Answer, Probe};
-use slipmap::witness;
 
 use crate::law::{Law, point_of};
 use crate::work::run;
@@ -16,8 +15,7 @@ pub(crate) fn probe(py: Python<'_>, law: &Law, values: Vec<f64>, tolerance: f64)
     let point = point_of(&law.law, &values)?;
     let family = law.law.clone();
     let probe = run(py, None, None, |_| {
-        let answer = Answer::of(&family, &point, tolerance, Method::all());
-        let direct = witness::flow(&answer.oscillator, tolerance);
+        let (answer, direct) = Answer::of_both_engines(&family, &point, tolerance, Method::all());
         Probe::new(&answer, &direct)
     })?;
     json(&probe)

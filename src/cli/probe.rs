@@ -85,8 +85,7 @@ fn probe_point(
         proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
     }
     write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
-    let answer = Answer::of(law, point, tolerance, Method::all());
-    let direct = slipmap_witness::flow(&answer.oscillator, tolerance);
+    let (answer, direct) = Answer::of_both_engines(law, point, tolerance, Method::all());
     let behaviour = machine.map(|(job, model)| {
         let errors = StandardErrors::of_dampings(&job.machine, &job.uncertain);
         (job, behaviour(model, tolerance), errors)
@@ -208,7 +207,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("error", Right),
         ("right-hand sides", Right),
     ]);
-    for (name, flow) in [("return map", &answer.flow), ("direct", direct)] {
+    for (name, flow) in [("return map", &answer.told), ("direct", direct)] {
         table.row([
             name.into(),
             fate_name(&flow.fate).replace('_', " "),

@@ -59,6 +59,9 @@ pub enum NoCriticalDamping {
     /// No engine could follow the orbit that grazes the belt line.
     #[error("the orbit that grazes the belt line cannot be followed")]
     NotFollowed,
+    /// Another engine contradicts what was found.
+    #[error("two engines contradict each other about it")]
+    Contradicted,
     /// It was found with an error above 1 % of it.
     #[error("it is known to no better than {}, which is more than 1 % of it", rounded(*error, 2))]
     Inaccurate {
@@ -342,6 +345,43 @@ mod tests {
         assert!(short.failure == Some(Failure::NotFinite) && short.known().is_none(), "{short:?}");
         for known in [of(80, 0.29), of(41, 0.317)] {
             assert!(known.between[0] == known.between[1] && known.failure.is_none(), "{known:?}");
+        }
+    }
+
+    /// Falls in a thin layer, flat at rest or not steep, with a drop that carries orbits through it: no step passes over the
+    /// layer. The dampings are those of Taylor series in 113-bit arithmetic. The orbit returns below c* and not above it.
+    #[test]
+    fn no_step_passes_over_a_thin_layer() {
+        let built_in = |mu: f64, vs: f64, exponent: f64, belt_speed: f64, drop: f64| {
+            let law = Law::Exponential.with_exponent().with_drop();
+            law.column(&law.point(1.0, &[mu, vs, 0.0, exponent, drop], belt_speed, 0.0).unwrap())
+        };
+        let formula = |text: &str, belt_speed: f64| {
+            let law = Law::Expression(Expression::with_static(text, 1.0).unwrap());
+            law.column(&law.point(1.0, &[], belt_speed, 0.0).unwrap())
+        };
+        for (column, exact) in [
+            (built_in(0.996, 1e-4, 2.0, 5.0, 0.3), 5.887_281_283_812_113e-4),
+            (built_in(0.99, 1e-4, 2.0, 30.0, 0.02), 5.788_430_540_409_507e-7),
+            (built_in(0.6, 1e-4, 3.0, 0.3, 0.3), 0.343_447_339_930_449_9),
+            (built_in(0.996, 5e-5, 3.0, 5.0, 0.02), 5.088_645_717_225_951e-6),
+            (built_in(0.6, 1e-5, 6.0, 1.0, 0.5), 0.098_158_999_617_322_41),
+            (built_in(0.9, 5e-4, 10.0, 5.0, 0.1), 3.162_779_989_011_083e-4),
+            (built_in(0.3, 3e-6, 10.0, 0.3, 0.02), 0.353_256_702_421_234_4),
+            (formula("0.8 + 0.1*(1 - tanh((u/3e-5)^3))", 0.3), 0.059_792_322_826_909_4),
+            (formula("0.89 + 0.01*exp(-(u/2e-4)^3)", 2.0), 5.012_155_238_129_539e-4),
+        ] {
+            for tolerance in [1e-9, 1e-12] {
+                let found = critical_damping(&column, tolerance).unwrap();
+                let rounding = 1e-15 * (1.0 + 1.0 / column.belt_speed) * exact;
+                let missed = (found.c - exact).abs();
+                assert!(missed <= found.error + rounding, "{found:?} {exact} off by {missed:e}");
+                assert!(found.error <= 1e-8 * exact, "{found:?}");
+            }
+            for (share, returns) in [(0.9, true), (1.1, false)] {
+                let fate = flow(&Oscillator::in_column(&column, share * exact), 1e-9).fate;
+                assert_eq!(matches!(fate, Fate::Sticks(_)), returns, "{exact} {share}: {fate:?}");
+            }
         }
     }
 }

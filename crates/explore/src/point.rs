@@ -41,8 +41,7 @@ impl PointRequest {
     /// The output of `slipmap probe --json`; for a machine also the sensitivities of its page.
     pub(super) fn probe(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
-        let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
-        let direct = slipmap_witness::flow(&answer.oscillator, DEFAULT_TOLERANCE);
+        let (answer, direct) = Answer::of_both_engines(&law, &point, DEFAULT_TOLERANCE, Method::all());
         let mut whole = Probe::new(&answer, &direct);
         if let Some(machine) = self.place.machine()? {
             let behaviour = machine.model().map(|model| behaviour(&model, DEFAULT_TOLERANCE));

@@ -131,7 +131,7 @@ pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Interval
         critical_damping_error: match known {
             Ok(_) => critical.map(|root| root.error * units.damping),
             Err(NoCriticalDamping::Inaccurate { error }) => Some(error * units.damping),
-            Err(NoCriticalDamping::NotFollowed) => None,
+            Err(NoCriticalDamping::NotFollowed | NoCriticalDamping::Contradicted) => None,
         },
         critical_damping_ratio: critical.map(|root| 0.5 * root.c),
         regime: regime(&oscillator, &flow),

@@ -29,6 +29,7 @@ mod given;
 mod intervals;
 pub mod probe;
 pub mod risk;
+pub mod second_opinion;
 
 pub use doubts::{negative, scatter};
 pub use friction::{Coefficients, Friction};

@@ -5,14 +5,14 @@
 //! is drawn twice is decided once. A grid with no more cells than the audit requests is audited completely.
 //! Where the engine contradicts a verdict, it is run again with a tolerance a thousand times smaller.
 
-use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use super::contradictions::excludes_errors;
 use super::{Grid, Plan, Runs, Tile};
 use slipmap_certify::Guarantee;
 use slipmap_column::Verdict;
-use slipmap_model::flow::{Fate, Flow};
+use slipmap_machine::second_opinion::{Opinion, Witness};
+use slipmap_model::flow::Fate;
 use slipmap_numbers::random::Random;
 
 /// A verdict that the direct engine contradicts.
@@ -146,41 +146,21 @@ impl Draws {
 fn audit_cell(plan: &Plan, index: &[usize], verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
     let Ok(oscillator) = plan.grid.oscillator_of(&plan.grid.values(index)) else { return Audit::default() };
-    let first = slipmap_witness::flow(&oscillator, plan.tolerance);
-    let second = OnceCell::new();
+    let witness = Witness::of(&oscillator, plan.tolerance);
     for (method, (of, stored)) in plan.methods.iter().zip(verdicts).enumerate() {
         if !(stored.is_decision() && excludes_errors(of.guarantee())) {
             continue;
         }
         audit.checked += 1;
-        let mut direct = &first;
-        if contradicts(direct, stored) {
-            direct = second.get_or_init(|| slipmap_witness::flow(&oscillator, finer(plan.tolerance)));
-        }
-        match Verdict::from(&direct.fate) {
-            Verdict::Failed | Verdict::NotComputed => audit.unresolved += 1,
-            Verdict::Undecided => audit.within_margin += 1,
-            found if found == stored => audit.agreed += 1,
-            Verdict::Present | Verdict::Absent => {
-                if direct.margin.abs() <= direct.margin_error + plan.tolerance {
-                    audit.within_margin += 1;
-                } else {
-                    let (index, direct) = (index.to_vec(), direct.fate);
-                    audit.disagreements.push(Disagreement { index, method, stored, direct });
-                }
+        match witness.asked_about(stored) {
+            (_, Opinion::None) => audit.unresolved += 1,
+            (_, Opinion::WithinMargin) => audit.within_margin += 1,
+            (_, Opinion::Agrees) => audit.agreed += 1,
+            (direct, Opinion::Contradicts) => {
+                let (index, direct) = (index.to_vec(), direct.fate);
+                audit.disagreements.push(Disagreement { index, method, stored, direct });
             }
         }
     }
     audit
-}
-
-/// Whether a flow decides, and its verdict differs from the stored one.
-fn contradicts(flow: &Flow, stored: Verdict) -> bool {
-    let found = Verdict::from(&flow.fate);
-    found.is_decision() && found != stored
-}
-
-/// The tolerance of the second computation.
-fn finer(tolerance: f64) -> f64 {
-    (1e-3 * tolerance).max(slipmap_witness::FINEST).min(tolerance)
 }

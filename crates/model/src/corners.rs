@@ -1,8 +1,15 @@
-//! Shortens steps so that they end at the corners of a measured law.
+//! Shortens steps so that they end at the corners of a measured law, and pass over no layer of a smooth one.
 //!
 //! Where phi is given by data, D is continuous and piecewise smooth. A step across a corner of D has an error
 //! of low order that the embedded estimates, made for smooth fields, may miss by orders of magnitude. So
 //! steps are shortened until they end at the corner, as they are at any other event.
+//!
+//! A smooth law may be flat but for a layer. A step that passes over the layer has no stage in it, and its error estimate
+//! tells nothing of it. So a step ends in the layer of the compiled law, a few pieces, in which it begins, or in the next one:
+//! every layer is seen by a stage.
+
+use super::friction::{Curve, Weakening};
+use std::sync::Arc;
 
 /// A step meets a corner if it ends this close to it: `WIDTH` in the variable of integration, `ROUNDING`
 /// relative to the speeds whose difference is the slip speed. D is wrong by its change of slope times the
@@ -13,6 +20,86 @@ const ROUNDING: f64 = 1e-13;
 /// The shortest step to a corner, in units of the time scale of the flow: over a shorter one the change of D
 /// is as small as its rounding errors, and the corner may be passed.
 pub const LEAST_STEP: f64 = 1e-11;
+
+/// Ratio of the slip speeds, from [`Curve::onset`] on, at the ends of a step of a law with one scale.
+const RATIO: f64 = 4.0;
+/// Rounding error of a slip speed on the way back to the belt line, in units of V.
+const ROUNDED_SLIP: f64 = 16.0 * f64::EPSILON;
+/// Share of the way to the farthest end that a shortened step is meant to go, so that one trial is enough.
+const SHORT_OF_END: f64 = 0.9;
+
+/// The pieces of a law, of which a step passes over none.
+#[derive(Clone, Debug)]
+pub struct Layers {
+    /// The compiled law; `None` for a law with one scale at rest, whose pieces are factors of [`RATIO`].
+    compiled: Option<Arc<Weakening>>,
+    onset: f64,
+    /// The slip speed below which there is rounding alone on the way back to the line.
+    rounded: f64,
+}
+
+impl Layers {
+    /// Those of a law for orbits up to the slip speed `fastest`.
+    pub fn of(curve: &Curve, belt_speed: f64, fastest: f64) -> Self {
+        Self {
+            compiled: (!curve.has_known_features()).then(|| curve.compiled(fastest)),
+            onset: curve.onset(belt_speed),
+            rounded: ROUNDED_SLIP * belt_speed,
+        }
+    }
+
+    /// The slip speeds at which a step that begins at the slip speed `slip` may be.
+    #[inline]
+    pub fn around(&self, slip: f64) -> [f64; 2] {
+        let Some(compiled) = &self.compiled else {
+            let is_far = slip > RATIO * self.onset.max(self.rounded);
+            let low = if is_far { slip / RATIO } else { f64::NEG_INFINITY };
+            return [low, RATIO * slip.max(self.onset)];
+        };
+        // The pieces are [0, end], [end, end], ..., and one beyond the last end.
+        let ends = compiled.layers();
+        let piece = ends.partition_point(|end| *end <= slip);
+        let low = if piece < 2 { f64::NEG_INFINITY } else { ends[piece - 2] };
+        [low, ends.get(piece + 1).copied().unwrap_or(f64::INFINITY)]
+    }
+
+    /// The longest step from here that passes over no piece, if the rate of the slip speed changes as `turning` > 0 tells.
+    #[inline]
+    pub fn longest(&self, from: End, turning: f64) -> f64 {
+        let [low, high] = self.around(from.slip);
+        let (way, bend) =
+            if from.rate < 0.0 { (from.slip - low, -turning) } else { (high - from.slip, turning) };
+        let root = from.rate.mul_add(from.rate, 2.0 * bend * way);
+        // On the way back it may turn before it is there.
+        if root >= 0.0 && way.is_finite() {
+            2.0 * way / (from.rate.abs() + root.sqrt())
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// The next trial length if a trial step of length `h` passes over a piece; `None` if it passes over none.
+    pub fn shortened(&self, [from, to]: [End; 2], h: f64) -> Option<f64> {
+        let [low, high] = self.around(from.slip);
+        let turns = h * from.rate / (from.rate - to.rate);
+        if to.slip < low || to.slip > high {
+            let way = SHORT_OF_END * (if to.slip < low { low } else { high } - from.slip);
+            // By the parabola through both ends.
+            let bend = (to.slip - from.slip - from.rate * h) / (h * h);
+            let root = from.rate.mul_add(from.rate, 4.0 * bend * way).max(0.0).sqrt();
+            let next = 2.0 * way / (from.rate + root.copysign(way));
+            return Some(if next > 0.0 && next < h { next } else { 0.5 * h });
+        }
+        // The slip speed has an extreme inside the step. The rates at the ends bound its excess over the ends.
+        if from.rate * to.rate < 0.0 && turns > 0.0 && turns < h {
+            let excess = (from.rate * turns).abs().min((to.rate * (h - turns)).abs());
+            let [least, most] = [from.slip.min(to.slip) - excess, from.slip.max(to.slip) + excess];
+            let passes = if from.rate > 0.0 { most > high } else { least < low };
+            return passes.then_some(turns);
+        }
+        None
+    }
+}
 
 /// One end of a trial step.
 #[derive(Clone, Copy, Debug)]

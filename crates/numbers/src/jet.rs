@@ -32,6 +32,11 @@ pub trait Real:
     fn atan(self) -> Self;
     /// The absolute value.
     fn abs(self) -> Self;
+    /// The sign of what begins as this number and grows by `next`: 1 or -1, and unknown where it stands for numbers of both
+    /// signs.
+    fn sign(self, _next: Self) -> Self {
+        self.abs() / self
+    }
     /// The larger one of the number and `floor`.
     fn at_least(self, floor: f64) -> Self;
     /// Of a number that changes at this `rate`, or of its later Taylor coefficients, that of [`Real::at_least`]: `rate` from
@@ -115,6 +120,10 @@ impl Real for f64 {
     }
     fn abs(self) -> Self {
         f64::abs(self)
+    }
+    fn sign(self, next: Self) -> Self {
+        let own = if self == 0.0 { next } else { self };
+        own.abs() / own
     }
     fn at_least(self, floor: f64) -> Self {
         // Not `f64::max`, which takes the floor for NaN.
@@ -213,6 +222,9 @@ impl<const N: usize> Real for Points<N> {
     }
     fn rate_at_least(self, floor: f64, rate: Self) -> Self {
         self.with(rate, |x, rate| x.rate_at_least(floor, rate))
+    }
+    fn sign(self, next: Self) -> Self {
+        self.with(next, |x, next| x.sign(next))
     }
     fn power(self, exponent: f64) -> Self {
         self.map(|x| x.power(exponent))
@@ -454,8 +466,8 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
     }
 
     fn abs(self) -> Self {
-        // |g| = g sign(g), and sign(g) = |g_0| / g_0 where that is defined.
-        let sign = self.0[0].abs() / self.0[0];
+        // |g| = g sign(g), at a kink that from there on.
+        let sign = self.0[0].sign(self.0.get(1).copied().unwrap_or(self.0[0]));
         let mut series = self.0.map(|x| x * sign);
         series[0] = self.0[0].abs();
         Self(series)

@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 use super::dop853::{Field, STAGES, step};
 use super::work::Work;
-use slipmap_model::corners::{self, End};
+use slipmap_model::corners::{self, End, Layers};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::flow::Failure;
 use slipmap_model::friction::Range;
@@ -31,11 +31,6 @@ use slipmap_numbers::{Aligned, vectorized};
 const SHORTEST_STEP: f64 = 1e-14;
 /// Number of roundings of the slip speed in a step.
 const ROUNDED_SLIPS: f64 = 8.0;
-/// Largest ratio of the slip speeds, from [`Curve::onset`](slipmap_model::friction::Curve::onset) on, at the ends of a
-/// step away from the belt line.
-const LARGEST_RATIO: f64 = 4.0;
-/// Rounding error of a slip speed on the way back to the line, in units of V.
-const ROUNDED: f64 = 16.0 * f64::EPSILON;
 /// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node
 /// take the state below the smallest number.
 const AT_REST: f64 = 1e-200;
@@ -121,8 +116,8 @@ pub struct Walk<'a> {
     /// The value of x2 from which states are measured: 0, or V nearer to the line, so that slip speeds and states near
     /// the equilibrium have all their digits.
     origin: f64,
-    /// See [`Curve::onset`](slipmap_model::friction::Curve::onset).
-    onset: f64,
+    /// The pieces of the law, of which a step passes over none.
+    layers: Layers,
     /// 1, or -1 where time runs backward.
     direction: f64,
     /// The law's compiled polynomials, where they are faster and their error is below that of the orbit.
@@ -192,7 +187,7 @@ impl<'a> Walk<'a> {
             oscillator,
             side,
             origin,
-            onset: curve.onset(oscillator.belt_speed),
+            layers: Layers::of(curve, oscillator.belt_speed, 4.0 * scale.max(oscillator.belt_speed).max(1.0)),
             direction: 1.0,
             weakening,
             stops: curve.stops(scale.max(oscillator.belt_speed)),
@@ -325,22 +320,17 @@ impl<'a> Walk<'a> {
     }
 
     /// The longest step that resolves the law. It changes the slip speed by at most the slip speed or V, whichever is
-    /// greater: larger steps of orbits far out would miss features of the law. Where the law has an onset the slip
-    /// speed grows to [`LARGEST_RATIO`] times that before, and falls to half of it on the way to the line: a step past
-    /// a law that is steep at the line alone would have no stage there.
+    /// greater, or half of that on the way to the line: larger steps of orbits far out would miss features of the law.
     fn longest_resolving(&self, from: &State) -> f64 {
-        let End { slip, rate } = self.slip(from);
-        let most = slip.max(self.oscillator.belt_speed);
-        if rate < 0.0 {
-            // On the way back slip speeds are rounded as V is.
-            let least = self.onset.max(ROUNDED * self.oscillator.belt_speed);
-            let change = if slip > LARGEST_RATIO * least { slip } else { most };
-            return 0.5 * change / -rate;
-        }
-        let change = most.min(LARGEST_RATIO * slip.max(self.onset) - slip);
+        let end = self.slip(from);
+        let change = end.slip.max(self.oscillator.belt_speed);
+        let turning = from.slope().abs();
         // To second order, since the rate vanishes where an orbit without a drop leaves the line.
-        let by_acceleration = (2.0 * from.slope().abs()).sqrt() * change.sqrt();
-        2.0 * change / (rate + rate.hypot(by_acceleration))
+        let longest = match end.rate < 0.0 {
+            true => 0.5 * change / -end.rate,
+            false => 2.0 * change / (end.rate + end.rate.hypot((2.0 * turning).sqrt() * change.sqrt())),
+        };
+        longest.min(self.layers.longest(end, turning))
     }
 
     /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
@@ -381,6 +371,12 @@ impl<'a> Walk<'a> {
                 if self.oscillator.curve.corners().is_empty() {
                     beyond_stop = f64::max(beyond_stop, h);
                 }
+                h = shorter.max(least);
+                continue;
+            }
+            if h > least
+                && let Some(shorter) = self.layers.shortened(ends, h)
+            {
                 h = shorter.max(least);
                 continue;
             }

@@ -247,6 +247,21 @@ mod tests {
     use slipmap_model::filippov::Oscillator;
     use slipmap_model::friction::{Expression, Law};
 
+    /// A law that is constant far out, of terms that cancel: at u = 7e16 their rounding is of the size of 10, of any sign.
+    #[test]
+    fn rounding_of_terms_that_cancel_is_no_push() {
+        for (text, pushes) in
+            [("1 - 0.3*u + 0.3*abs(u-0.8) - 0.24", false), ("1 - 0.3*u + 0.2*abs(u-0.8) - 0.16", true)]
+        {
+            let law = Law::Expression(Expression::new(text, 1.0).unwrap());
+            let column = law.column(&law.point(1.0, &[], 0.1, 0.0).unwrap());
+            let left_out = FarLoops::where_friction_resists(&column.curve, 0.1).left_out_from();
+            // 1 - 0.1 u - 0.32 from 0.8 on.
+            assert_eq!(left_out.is_some_and(|from| (from / 6.8 - 1.0).abs() < 1e-5), pushes, "{left_out:?}");
+            assert_eq!(left_out.is_some(), pushes);
+        }
+    }
+
     /// Formulas whose terms cancel have wide bounds on the narrowest intervals; nothing is claimed of them then.
     #[test]
     fn formulas_that_cancel_are_bounded_on_a_small_stack() {

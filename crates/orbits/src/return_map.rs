@@ -145,3 +145,22 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     };
     Flow { fate, margin, margin_error, rhs: rhs + spent }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::{Expression, Law};
+
+    /// Steps end at the kink, beyond 2 V, of a formula whose weakening rate jumps there. x1 of the landing is that of orbits of
+    /// either formula, joined at the kink.
+    #[test]
+    fn a_slow_belt_slips_beyond_a_kink() {
+        let text = "0.2 + 0.8*exp(-u/0.03) + 0.2*(abs(u - 0.4) + u - 0.4)";
+        let law = Law::Expression(Expression::new(text, 1.0).unwrap());
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 0.1, 0.05).unwrap());
+        let Flow { fate: Fate::Sticks(landing), .. } = flow(&oscillator, 1e-9) else {
+            panic!("{:?}", flow(&oscillator, 1e-9))
+        };
+        assert!((landing.x1 + 0.361_235_982_67).abs() < 1e-9, "{landing:?}");
+    }
+}

@@ -26,7 +26,7 @@ use std::f64::consts::TAU;
 
 use super::dop853::{Field, NODES, STAGES, step};
 use super::polar::Turn;
-use slipmap_model::corners::{self, End};
+use slipmap_model::corners::{self, End, Layers};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Weakening;
 use slipmap_numbers::elementary::sin_cos_of_turn;
@@ -120,14 +120,10 @@ fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Turn 
     let fastest = radius.max(oscillator.belt_speed);
     let weakening = &*oscillator.curve.compiled(2.0 * (oscillator.belt_speed + fastest));
     let stops = oscillator.curve.stops(fastest);
-    // Steps at most double the angle from the belt line, and halve that to it: longer ones pass over a narrow fall next
-    // to rest.
-    let within_onset = (2.0 * oscillator.curve.onset(oscillator.belt_speed) / radius).sqrt();
-    let longest = |theta: f64| {
-        let to_line = if TAU - theta > 2.0 * within_onset { 0.5 * (TAU - theta) } else { LONGEST_STEP };
-        to_line.min(within_onset + theta).min(LONGEST_STEP)
-    };
-    let mut h = FIRST_STEP.min(longest(angle));
+    let layers =
+        Layers::of(&oscillator.curve, oscillator.belt_speed, 2.0 * (oscillator.belt_speed + fastest));
+    let leaving = End { slip: 0.0, rate: oscillator.drop() };
+    let mut h = FIRST_STEP.min(layers.longest(leaving, radius));
     let mut field =
         Polar { oscillator, radius, weakening, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
     for _ in 0..STEP_BUDGET {
@@ -155,6 +151,12 @@ fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Turn 
                     beyond_stop = beyond_stop.max(width);
                 }
                 h = shorter;
+                continue;
+            }
+            if width > corners::LEAST_STEP
+                && let Some(shorter) = layers.shortened(slips, width)
+            {
+                h = shorter.max(corners::LEAST_STEP);
                 continue;
             }
         }
@@ -192,7 +194,8 @@ fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Turn 
             return Turn::Complete { margin, error, rhs };
         }
         let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };
-        h = (width * grown.clamp(0.2, 5.0)).max(beyond_stop).min(longest(theta));
+        h = (width * grown.clamp(0.2, 5.0)).max(beyond_stop).min(LONGEST_STEP);
+        h = h.min(layers.longest(ends[1].0, radius).max(corners::LEAST_STEP));
         beyond_stop = 0.0;
     }
     Turn::HandOver { rhs }

@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 
 use super::result::BistableBand;
 use crate::behaviour::needed_slip_speed;
+use crate::second_opinion::{Opinion, Witness};
 use slipmap_certify::slip_count::{SlipCount, count_slip_cycles, proves_absence};
 use slipmap_certify::validated::any_law;
 use slipmap_certify::{Claim, Decision, Guarantee};
@@ -18,7 +19,7 @@ use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
-use slipmap_numbers::text::{rounded, short, signed};
+use slipmap_numbers::text::{rounded, short, signed, with_error};
 use slipmap_orbits::Cycle;
 use slipmap_orbits::far_loops::FarLoops;
 use slipmap_orbits::naive::NaiveVerdict;
@@ -56,8 +57,12 @@ pub struct Answer {
     pub oscillator: Oscillator,
     /// One answer for each requested method.
     pub methods: Vec<MethodAnswer>,
-    /// The flow by the return map.
+    /// The flow by the return map; too close to call where the direct engine contradicts it.
     pub flow: Flow,
+    /// The flow that the return map told.
+    pub told: Flow,
+    /// How two engines contradict each other, if they do.
+    pub contradiction: Option<String>,
     /// The exact critical damping; negative where no legal damping is small enough for a cycle.
     pub critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
@@ -101,6 +106,8 @@ impl Answer {
             tolerance,
             oscillator,
             methods,
+            told: flow,
+            contradiction: None,
             flow,
             critical,
             regime,
@@ -124,6 +131,70 @@ impl Answer {
         }
     }
 
+    /// The answers of `methods`, and the flow of the direct engine. What that engine contradicts is not known.
+    pub fn of_both_engines(
+        law: &Law,
+        point: &Point,
+        tolerance: f64,
+        methods: impl Iterator<Item = Method>,
+    ) -> (Self, Flow) {
+        let mut answer = Self::of(law, point, tolerance, methods);
+        let oscillator = answer.oscillator.clone();
+        let witness = Witness::of(&oscillator, tolerance);
+        let direct = answer.heed(|told| {
+            let (direct, opinion) = witness.asked_about(told);
+            (*direct, opinion)
+        });
+        (answer, direct)
+    }
+
+    /// Leaves unknown what the `witness` contradicts, which tells its flow and what that says of a verdict.
+    fn heed(&mut self, witness: impl Fn(Verdict) -> (Flow, Opinion)) -> Flow {
+        let told = Verdict::from(&self.flow.fate);
+        let (direct, opinion) = witness(told);
+        // The verdict that c* promises.
+        let off = self.critical.as_ref().map_or(0.0, |root| self.point.damping - root.c);
+        let is_clear = self.critical.as_ref().is_ok_and(|root| off.abs() > root.error);
+        let promised = if off < 0.0 { Verdict::Present } else { Verdict::Absent };
+        let (by_critical, of_critical) = if is_clear { witness(promised) } else { (direct, Opinion::None) };
+        // Below c* the orbit returns to the belt line, but need not stick.
+        let is_promised = off < 0.0 && direct.fate == Fate::CrossesForever;
+        let mut said = Vec::new();
+        if is_clear && of_critical == Opinion::Contradicts && !is_promised {
+            let Ok(root) = &self.critical else { return direct };
+            said.push(format!("the critical damping is {}", with_error(root.c, root.error)));
+            self.critical = Err(NoCriticalDamping::Contradicted);
+        }
+        let is_flow = told.is_decision() && opinion == Opinion::Contradicts;
+        if is_flow {
+            said.insert(
+                0,
+                format!("by the return map the orbit from the exit point {}", words(&self.flow.fate)),
+            );
+        }
+        if said.is_empty() {
+            return direct;
+        }
+        let by_direct = if is_flow { direct } else { by_critical };
+        let reason = format!(
+            "two engines contradict each other: {}; by the direct engine the orbit {}",
+            said.join(", and "),
+            words(&by_direct.fate)
+        );
+        for answer in self.methods.iter_mut().filter(|answer| answer.method == Method::Simulation) {
+            answer.reason = Some(reason.clone());
+            answer.verdict = Verdict::Undecided;
+            if self.critical.is_err() {
+                (answer.critical_c, answer.critical_c_error) = (None, None);
+            }
+        }
+        self.contradiction = Some(reason);
+        self.flow =
+            Flow { fate: Fate::TooCloseToCall, margin: f64::NAN, margin_error: f64::NAN, ..self.flow };
+        (self.regime, self.cycle, self.basin) = (Regime::Failed, None, None);
+        by_direct
+    }
+
     /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
     /// the equilibrium becomes stable, or, on fast belts, at which the orbit from the exit point ceases to
     /// cross for ever, to c*. `None` where the two are not known to differ.
@@ -131,7 +202,7 @@ impl Answer {
         let epsilon = self.point.epsilon;
         let Oscillator { curve, belt_speed, .. } = &self.oscillator;
         let becomes_stable = HopfRate::new(curve, *belt_speed).value() / epsilon;
-        let root = self.critical.as_ref().ok()?;
+        let root = self.critical.as_ref().ok().filter(|_| self.contradiction.is_none())?;
         // Avoids -0, since this is printed.
         let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
         if from + root.error >= root.c {
@@ -226,6 +297,17 @@ impl Answer {
     /// Proved bounds on the number of slip cycles.
     pub fn slip_count(&self) -> &SlipCount {
         self.slip_count.get_or_init(|| count_slip_cycles(&self.oscillator))
+    }
+}
+
+/// What an orbit from the exit point does.
+fn words(fate: &Fate) -> &'static str {
+    match fate {
+        Fate::Sticks(_) => "sticks again",
+        Fate::SpiralsInward => "spirals inward",
+        Fate::CrossesForever => "crosses the belt line for ever",
+        Fate::TooCloseToCall => "is too close to call",
+        Fate::Failed(_) => "is not known",
     }
 }
 
@@ -465,6 +547,35 @@ mod tests {
             assert_eq!(validated.reason.as_deref() == Some(ABSENT_BY_COUNT), c == 0.9);
             let is_absent = proves_absence(&answer.oscillator, answer.slip_count());
             assert_eq!(is_absent, c == 0.9, "{:?}", answer.slip_count());
+        }
+    }
+
+    /// Neither engine is believed where they contradict each other, and the reason tells both.
+    #[test]
+    fn what_the_direct_engine_contradicts_is_not_known() {
+        let (law, values) = (Law::Exponential, [0.6, 0.05, 0.0]);
+        for (c, share) in [(0.1, "sticks again"), (0.4, "spirals inward")] {
+            let point = law.point(1.0, &values, 0.5, c).unwrap();
+            let (agreed, direct) = Answer::of_both_engines(&law, &point, 1e-9, Method::usual());
+            let verdict = Verdict::from(&agreed.flow.fate);
+            assert!(agreed.contradiction.is_none() && verdict == Verdict::from(&direct.fate));
+            assert_eq!(words(&agreed.flow.fate), share);
+            // The other engine sees the orbit of the other side of c*.
+            let other = law.point(1.0, &values, 0.5, 0.5 - c).unwrap();
+            let (_, direct) = Answer::of_both_engines(&law, &other, 1e-9, Method::usual());
+            let mut answer = Answer::of(&law, &point, 1e-9, Method::usual());
+            answer.heed(|told| match Verdict::from(&direct.fate) == told {
+                true => (direct, Opinion::Agrees),
+                false => (direct, Opinion::Contradicts),
+            });
+            let simulation = answer.methods.iter().find(|of| of.method == Method::Simulation).unwrap();
+            assert_eq!((simulation.verdict, answer.regime), (Verdict::Undecided, Regime::Failed));
+            assert_eq!((simulation.critical_c, answer.critical.is_ok()), (None, false));
+            assert!(answer.bistable_band().is_none() && answer.cycle.is_none());
+            let reason = simulation.reason.as_deref().unwrap();
+            for said in [words(&answer.told.fate), words(&direct.fate), "contradict each other", "0.18879"] {
+                assert!(reason.contains(said), "{reason}");
+            }
         }
     }
 }

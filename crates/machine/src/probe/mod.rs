@@ -55,11 +55,12 @@ impl Probe {
             point: answer.law.coordinates(&answer.point),
             tolerance: answer.tolerance,
             methods: methods.collect(),
-            flow: Flows { return_map: (&answer.flow).into(), direct: direct.into() },
+            flow: Flows { return_map: (&answer.told).into(), direct: direct.into() },
             critical_c: (&answer.critical).into(),
             sensitivity: SensitivityResult::of(&answer.law, answer.sensitivity()),
             regime: answer.regime.name(),
-            regime_reason: (cycles.reason.clone().filter(|_| known.is_some()))
+            regime_reason: (answer.contradiction.clone())
+                .or_else(|| cycles.reason.clone().filter(|_| known.is_some()))
                 .or_else(|| (answer.regime == Regime::Failed).then(|| MAY_HAVE_MORE.to_owned())),
             regime_known: known,
             equilibrium: Equilibrium::of(oscillator),

@@ -276,7 +276,10 @@ impl Curve {
         if self.is_proved_to_resist() {
             return None;
         }
-        let resists = |u: f64| self.phi(u) >= NOTHING;
+        // Where large terms cancel a value of any sign may be rounding alone.
+        let may_resist = |phi: Interval| phi.is_bounded() && phi.hi >= NOTHING;
+        let resists =
+            |u: f64| self.phi(u) >= NOTHING || self.formula(Interval::of(u)).is_some_and(may_resist);
         let open = self.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOTHING);
         for ([from, to], _) in open {
             let place = |i: u32| (to - from).mul_add(f64::from(i) / f64::from(SAMPLES), from);

@@ -127,6 +127,7 @@ impl<'a> Together<'a> {
         self.x[lane] = 2.0 * (start.q / (2.0 * radius).sqrt()).asin();
         self.width[lane] = start.step * (2.0 / radius).sqrt();
         self.first[lane] = self.width[lane];
+        self.width[lane] = self.width[lane].min(quarter.longest(self.x[lane]));
         for (part, value) in [start.h, start.by_damping, 0.0].into_iter().enumerate() {
             self.state[part * LANES + lane] = value;
         }
@@ -302,7 +303,7 @@ impl<'a> Together<'a> {
                 continue;
             }
             let longest = (self.first[lane] + LONGEST_RATIO * to).min(LONGEST_STEP);
-            self.width[lane] = self.width[lane].min(longest);
+            self.width[lane] = self.width[lane].min(longest).min(quarter.longest(to));
         }
     }
 }

@@ -28,6 +28,7 @@
 //!
 //! **Steps.** The variable is the angle th of m = a (1 - cos th), in which W is smooth at the start. Steps grow in
 //! geometric progression out of the layer in which the law is steep: their number grows like the logarithm of its width.
+//! They pass over no piece of the law: it may be flat but for a layer that is not steep.
 //!
 //! **The creeping end.** Where -s D is large, W follows (m - a)/(s D), and forgets its start. The quarter starts so late
 //! that it forgets this start as far as the tolerance needs, and early steps are not stiff; but not where braking has not
@@ -46,6 +47,7 @@ use super::polar::Closing;
 use super::work::Work;
 use lanes::{Arrival, follow};
 use quarter::{Quarter, Rate, layer};
+use slipmap_model::corners::Layers;
 use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::{Curve, Weakening};
 use slipmap_numbers::vectorized;
@@ -221,6 +223,7 @@ struct Before {
 struct Law<'a> {
     weakening: Option<Arc<Weakening>>,
     stops: Cow<'a, [f64]>,
+    layers: Layers,
 }
 
 impl<'a> Law<'a> {
@@ -232,7 +235,8 @@ impl<'a> Law<'a> {
         };
         let weakening = (!curve.has_closed_form()).then(|| curve.compiled(2.0 * fastest));
         let stops = weakening.as_ref().map_or_else(|| curve.stops(fastest), |law| curve.stops_of(law));
-        Self { weakening, stops }
+        let layers = Layers::of(curve, belt_speed, 2.0 * fastest);
+        Self { weakening, stops, layers }
     }
 }
 
@@ -270,6 +274,7 @@ impl<'a> Search<'a> {
         let first = Quarter {
             rate,
             stops: &law.stops,
+            layers: &law.layers,
             radius,
             slip: belt_speed - radius,
             toward: 1.0,
@@ -524,6 +529,7 @@ mod tests {
                     let quarter = Quarter {
                         rate: Rate::Law(&curve),
                         stops: &[],
+                        layers: &Layers::of(&curve, 1.0, 4.0),
                         radius: 1.0,
                         slip: 2.0,
                         toward,

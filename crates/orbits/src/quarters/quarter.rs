@@ -1,5 +1,6 @@
 //! One quarter of a closed orbit: the law that it follows, and where it starts.
 
+use slipmap_model::corners::{LEAST_STEP, Layers};
 use slipmap_model::friction::{Curve, ExponentialFall, Range, Weakening};
 
 /// Rate of the polar angle by the law, from which on quarters are followed.
@@ -101,6 +102,7 @@ pub(super) struct Start {
 pub(super) struct Quarter<'a> {
     pub(super) rate: Rate<'a>,
     pub(super) stops: &'a [f64],
+    pub(super) layers: &'a Layers,
     /// |x2| at the start.
     pub(super) radius: f64,
     /// The slip speed at the start, and 1 where it rises from there, -1 where it falls.
@@ -122,6 +124,16 @@ impl Quarter<'_> {
     fn range(&self, from: f64, to: f64) -> Range {
         let [one, other] = [from, to].map(|beyond| self.toward.mul_add(beyond, self.slip));
         self.rate.range(one.min(other), one.max(other))
+    }
+
+    /// The longest step from this angle that passes over no piece of the law.
+    pub(super) fn longest(&self, angle: f64) -> f64 {
+        let half = (0.5 * angle).sin();
+        let beyond = 2.0 * self.radius * half * half;
+        let [low, high] = self.layers.around(self.toward.mul_add(beyond, self.slip));
+        let way = if self.toward > 0.0 { high - self.slip } else { self.slip - low };
+        let to = 2.0 * (0.5 * way / self.radius).min(1.0).sqrt().asin();
+        (to - angle).max(LEAST_STEP * angle)
     }
 
     /// Whether the quarter with W = `speed` at this angle creeps up to the equilibrium: where -s D is at least 2 on the rest of

@@ -133,7 +133,10 @@ impl Weakening {
         };
         let of_piece = |piece: &Piece| piece.c.iter().rposition(|c| *c != 0.0).map_or(1, |last| last + 1);
         let terms = pieces.iter().map(of_piece).max().unwrap_or(COUNT);
-        Self { law: law.clone(), breaks, pieces, base, places, blocks, jumps, narrow, terms }
+        let layers = Vec::new();
+        let form =
+            Self { law: law.clone(), breaks, pieces, base, places, blocks, jumps, narrow, layers, terms };
+        Self { layers: super::layers(form.sizes()), ..form }
     }
 
     /// The form of the `law` that is this one with its slip speed in units of `unit`: `unit` w(`unit` u).

@@ -68,6 +68,8 @@ pub struct Weakening {
     jumps: Vec<f64>,
     /// See [`Weakening::narrow`].
     narrow: Vec<f64>,
+    /// See [`Weakening::layers`].
+    layers: Vec<f64>,
     /// Number of coefficients up to the last that is not zero in all pieces: at most three for a table.
     terms: usize,
 }
@@ -89,6 +91,24 @@ fn narrow_ends(breaks: &[f64]) -> Vec<f64> {
         let (is_narrow, was_narrow) = (ends[1] - ends[0] < NARROW * ends[1], count > 0);
         count = if is_narrow { count + 1 } else { 0 };
         (is_narrow != was_narrow || count % NARROW_TOGETHER == 1).then_some(ends[0])
+    });
+    ends.collect()
+}
+
+/// Number of neighbouring pieces in a layer. A bump of w that polynomials follow to rounding has a dozen or more, and a step
+/// of an integrator has a stage in every third of it.
+const IN_LAYER: usize = 3;
+
+/// The ends of layers: of neighbouring pieces, together with those before them on which friction changes by no more than
+/// rounding.
+fn layers(sizes: impl Iterator<Item = ([f64; 2], f64)>) -> Vec<f64> {
+    let (mut change, mut pieces) = (0.0, 0);
+    let ends = sizes.filter_map(|([from, to], size)| {
+        change += size * (to - from);
+        pieces = if change > f64::EPSILON { pieces + 1 } else { 0 };
+        let is_whole = pieces == IN_LAYER;
+        (change, pieces) = if is_whole { (0.0, 0) } else { (change, pieces) };
+        is_whole.then_some(to)
     });
     ends.collect()
 }
@@ -268,6 +288,12 @@ impl Weakening {
     /// speed: a long step of an integrator may pass one without a sample in it. Empty for tables.
     pub(crate) fn narrow(&self) -> &[f64] {
         &self.narrow
+    }
+
+    /// Slip speeds, increasing, between which there are a few pieces each: a step of an integrator that goes from one such layer
+    /// beyond the next may miss a feature of the law.
+    pub(crate) fn layers(&self) -> &[f64] {
+        &self.layers
     }
 
     /// Returns whether the formula below 0 continues the polynomial there, and nothing is narrow.
