@@ -7,7 +7,7 @@ mod sensitivities;
 use crate::behaviour::{self, Behaviour, is_positive};
 use crate::intervals::{self, Limit, TOLERANCE};
 pub use crate::intervals::{End, Intervals, Statement};
-use crate::probe::of_test;
+use crate::method_answer::of_test;
 use crate::risk::Uncertain;
 use crate::{Dimension, Friction, Machine, Model};
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors, with_errors};

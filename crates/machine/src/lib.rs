@@ -27,6 +27,7 @@ mod doubts;
 mod friction;
 mod given;
 mod intervals;
+mod method_answer;
 pub mod probe;
 pub mod risk;
 pub mod second_opinion;

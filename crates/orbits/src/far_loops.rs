@@ -12,6 +12,7 @@
 //! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
 
 use slipmap_model::friction::{Curve, NOTHING, Pieces, Range};
+use slipmap_numbers::interval::Interval;
 
 /// The refinement of a bound ends after a step that leaves more than this share of it.
 const WORTHWHILE: f64 = 0.8;
@@ -19,6 +20,11 @@ const WORTHWHILE: f64 = 0.8;
 /// Distances greater than this, in units of max(1, V), are of no use: no loop is followed so far out, where it
 /// would change by less than its error.
 const FARTHEST: f64 = 1e10;
+
+/// Relative accuracy of the slip speed from which on friction pushes.
+const RESOLVED: f64 = 1e-6;
+/// Number of samples of an interval that bounds leave open.
+const SAMPLES: u32 = 256;
 
 /// The friction of a curve far out, for all dampings.
 pub struct FarLoops<'a> {
@@ -61,7 +67,7 @@ impl<'a> FarLoops<'a> {
     /// As [`Self::new`] for the loops that stay at slip speeds below the first at which friction pushes. Few machines
     /// have friction that does: mostly a formula was fitted at lower speeds.
     pub fn where_friction_resists(curve: &'a Curve, belt_speed: f64) -> Self {
-        let left_out_from = curve.pushes_from(belt_speed.max(1.0));
+        let left_out_from = pushes_from(curve, belt_speed.max(1.0));
         let known = left_out_from.map_or(curve.fastest(), |from| from.min(curve.fastest()));
         let settled = Some(settled(curve, belt_speed, known));
         Self { curve, belt_speed, left_out_from, settled, intervals: Vec::new() }
@@ -239,6 +245,30 @@ fn root_of_bounds(fall: f64, rise: f64, belt_speed: f64) -> f64 {
     } else {
         (root - p * k) / square
     }
+}
+
+/// The slip speed from which on friction pushes for the first time, by samples where the ranges of
+/// [`Curve::friction_by_intervals`] leave it open; `None` where none is found.
+fn pushes_from(curve: &Curve, unit: f64) -> Option<f64> {
+    if curve.is_proved_to_resist() {
+        return None;
+    }
+    // Where large terms cancel a value of any sign may be rounding alone.
+    let may_resist = |phi: Interval| phi.is_bounded() && phi.hi >= NOTHING;
+    let resists = |u: f64| curve.phi(u) >= NOTHING || curve.formula(Interval::of(u)).is_some_and(may_resist);
+    let open = curve.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOTHING);
+    for ([from, to], _) in open {
+        let place = |i: u32| (to - from).mul_add(f64::from(i) / f64::from(SAMPLES), from);
+        if let Some(first) = (0..=SAMPLES).find(|i| !resists(place(*i))) {
+            let (mut low, mut high) = (place(first.saturating_sub(1)), place(first));
+            while high - low > RESOLVED * high {
+                let middle = 0.5 * (low + high);
+                *(if resists(middle) { &mut low } else { &mut high }) = middle;
+            }
+            return Some(high);
+        }
+    }
+    None
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@ mod answer;
 mod command;
 mod result;
 
-pub(crate) use answer::of_test;
-pub use answer::{Answer, MethodAnswer};
+pub use crate::method_answer::MethodAnswer;
+pub use answer::Answer;
 pub use command::{axis_names, command_line, flag};
 use result::{
     BasinBoundary, Complex, CriticalResult, Cycles, Equilibrium, FlowResult, Flows, LandingResult,

@@ -93,8 +93,6 @@ pub const NOTHING: f64 = -1e-12;
 const HIDDEN: f64 = 1e-3;
 /// Change of friction that is rounding error alone.
 const ROUNDED: f64 = 1e-12;
-/// Relative accuracy of the slip speed from which on friction pushes.
-const RESOLVED: f64 = 1e-6;
 
 /// The smallest range that contains all `ranges`.
 fn hull(ranges: impl Iterator<Item = Range>) -> Range {
@@ -268,31 +266,6 @@ impl Curve {
     /// Whether friction is proved to push at no slip speed by its bounds on all of them at once.
     pub fn is_proved_to_resist(&self) -> bool {
         !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING
-    }
-
-    /// The slip speed from which on friction pushes for the first time, by samples where the ranges of
-    /// [`Curve::friction_by_intervals`] leave it open; `None` where none is found.
-    pub fn pushes_from(&self, unit: f64) -> Option<f64> {
-        if self.is_proved_to_resist() {
-            return None;
-        }
-        // Where large terms cancel a value of any sign may be rounding alone.
-        let may_resist = |phi: Interval| phi.is_bounded() && phi.hi >= NOTHING;
-        let resists =
-            |u: f64| self.phi(u) >= NOTHING || self.formula(Interval::of(u)).is_some_and(may_resist);
-        let open = self.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOTHING);
-        for ([from, to], _) in open {
-            let place = |i: u32| (to - from).mul_add(f64::from(i) / f64::from(SAMPLES), from);
-            if let Some(first) = (0..=SAMPLES).find(|i| !resists(place(*i))) {
-                let (mut low, mut high) = (place(first.saturating_sub(1)), place(first));
-                while high - low > RESOLVED * high {
-                    let middle = 0.5 * (low + high);
-                    *(if resists(middle) { &mut low } else { &mut high }) = middle;
-                }
-                return Some(high);
-            }
-        }
-        None
     }
 
     /// Ranges of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`]. They
