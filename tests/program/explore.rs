@@ -11,13 +11,13 @@ use slipmap_numbers::random::Random;
 use crate::command::Scratch;
 
 /// A running server; it ends with the test.
-struct Server {
+pub struct Server {
     process: Child,
     port: u16,
 }
 
 impl Server {
-    fn start(scratch: &Scratch, arguments: &[&str]) -> Self {
+    pub fn start(scratch: &Scratch, arguments: &[&str]) -> Self {
         let all: Vec<&str> =
             ["explore", "--no-browser", "--port", "0"].into_iter().chain(arguments.iter().copied()).collect();
         let mut process = scratch.command(&all).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
@@ -77,7 +77,7 @@ impl Server {
     }
 
     /// The answer in JSON to a request that is not refused.
-    fn answer(&self, path: &str, body: &Value) -> Value {
+    pub fn answer(&self, path: &str, body: &Value) -> Value {
         let (status, answer) = self.ask(path, body);
         assert_eq!(status, 200, "{answer}");
         answer

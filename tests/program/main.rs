@@ -29,6 +29,7 @@ mod map_equal;
 #[cfg(target_os = "linux")]
 mod mounts;
 mod neutral;
+mod parity;
 mod probe;
 mod proofs;
 mod reference_page;
