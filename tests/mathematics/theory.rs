@@ -225,7 +225,7 @@ fn home(name: &str) -> PathBuf {
     let exists = |path: &PathBuf| path.is_dir() || path.with_extension("rs").is_file();
     let inside = |room: &str| root().join("crates").join(room).join("src").join(name);
     std::iter::once(root().join("crates").join(name).join("src"))
-        .chain(["model", "map"].map(inside))
+        .chain(["model", "machine", "map"].map(inside))
         .find(exists)
         .unwrap_or_else(|| panic!("there is no module {name}"))
 }

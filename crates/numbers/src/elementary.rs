@@ -65,7 +65,7 @@ pub fn sin_cos(z: f64) -> [f64; 2] {
 #[inline(always)]
 pub fn sin_cos_of_turn(z: f64) -> [f64; 2] {
     // pi / 2 as a sum of two numbers, of which the first has zeros at its end.
-    const QUARTER: [f64; 2] = [1.570_796_251_296_997, 7.549_789_415_861_596e-8];
+    const QUARTER: [f64; 2] = [1.570_796_251_296_997, 7.549_789_954_891_882e-8];
     let quarters = (z * std::f64::consts::FRAC_2_PI + 0.5).floor();
     let [sin, cos] = sin_cos(quarters.mul_add(-QUARTER[1], quarters.mul_add(-QUARTER[0], z)));
     match quarters as i32 & 3 {
@@ -73,5 +73,45 @@ pub fn sin_cos_of_turn(z: f64) -> [f64; 2] {
         1 => [cos, -sin],
         2 => [-sin, -cos],
         _ => [-cos, sin],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against values that are rounded correctly: a few units in the last place, of a sine or cosine of any angle of its size 1.
+    #[test]
+    fn functions_are_within_a_few_units() {
+        let mut compared = [0; 3];
+        for row in include_str!("../elementary.txt").lines().filter(|row| !row.starts_with('#')) {
+            let words: Vec<&str> = row.split(' ').collect();
+            let number = |digits: &str| f64::from_bits(u64::from_str_radix(digits, 16).unwrap());
+            let (x, exact) = (number(words[1]), number(words[words.len() - 1]));
+            let near = |value: f64, ulps: f64, size: f64| {
+                let off = (value - exact).abs() / (f64::EPSILON * size);
+                assert!(off <= ulps, "{row}: {x} {value} {exact} {off}");
+            };
+            match words[0] {
+                "exp" if (-700.0..=0.0).contains(&x) => {
+                    near(exp_falling(x), 4.0, exact);
+                    compared[0] += 1;
+                }
+                "exp" if x.abs() < 0.36 => {
+                    near(exp::<2>(x), 4.0, exact);
+                    compared[0] += 1;
+                }
+                "sin" | "cos" if x.abs() < std::f64::consts::FRAC_PI_4 => {
+                    near(sin_cos(x)[usize::from(words[0] == "cos")], 2.0, exact.abs());
+                    compared[1] += 1;
+                }
+                "sin" | "cos" if (0.0..6.28).contains(&x) => {
+                    near(sin_cos_of_turn(x)[usize::from(words[0] == "cos")], 1.0, 1.0);
+                    compared[2] += 1;
+                }
+                _ => {}
+            }
+        }
+        assert!(compared[0] > 50 && compared[1] > 100 && compared[2] > 2, "{compared:?}");
     }
 }

@@ -572,4 +572,31 @@ mod tests {
         }
         assert!(bounded > 200, "{bounded}");
     }
+
+    /// The error of the platform's functions, assumed to be below [`FUNCTION_ULPS`] units in the last place: half a unit is that
+    /// of the table, which is rounded correctly.
+    #[test]
+    fn functions_of_the_platform_err_less_than_assumed() {
+        for row in include_str!("../elementary.txt").lines().filter(|row| !row.starts_with('#')) {
+            let mut words = row.split(' ');
+            let name = words.next().unwrap();
+            let numbers: Vec<f64> =
+                words.map(|digits| f64::from_bits(u64::from_str_radix(digits, 16).unwrap())).collect();
+            let (x, exact) = (numbers[0], numbers[numbers.len() - 1]);
+            let value = match name {
+                "exp" => x.exp(),
+                "ln" => x.ln(),
+                "sqrt" => x.sqrt(),
+                "sin" => x.sin(),
+                "cos" => x.cos(),
+                "tanh" => x.tanh(),
+                "atan" => x.atan(),
+                "pow" => x.powf(numbers[1]),
+                _ => panic!("{row}"),
+            };
+            let unit = exact.abs().next_up() - exact.abs();
+            let off = (value - exact).abs() / unit + 0.5;
+            assert!(off < f64::from(FUNCTION_ULPS), "{name} {numbers:?}: {value}, {off} units");
+        }
+    }
 }
