@@ -158,13 +158,18 @@ fn an_even_part_that_rises_does_not_exclude_a_pair_of_cycles() {
     assert!(even.windows(2).all(|pair| pair[1] >= pair[0] - 1e-12), "{even:?}");
     assert!(!curve.has_one_slip_cycle_at_most(0.1));
     let backbone = Backbone::of_curve(curve, 0.1, 1e-10).unwrap();
-    for (radius, damping) in [(0.06, 0.00220424), (0.065, 0.00230410), (0.07, 0.00225832)] {
+    // Each amplitude closes at one C: one cycle at C = 0.00228 lies between the first two of these, another between the others.
+    for (radius, damping, beyond) in
+        [(0.06, 0.00220424, -1.0), (0.065, 0.00230410, 1.0), (0.07, 0.00225832, -1.0)]
+    {
         let found = backbone.viscous(radius);
         assert!((found - damping).abs() < 6e-9 + backbone.error, "{radius}: {found} {damping}");
+        assert!(
+            beyond * (found - oscillator.viscous) > backbone.error,
+            "{radius}: {found} {}",
+            backbone.error
+        );
     }
-    let cycles = slip_cycles(&oscillator, 1e-10).unwrap();
-    let stable: Vec<bool> = cycles.iter().map(|cycle| cycle.is_stable()).collect();
-    assert_eq!(stable, [false, true], "{cycles:?}");
     assert!(count_slip_cycles(&oscillator).exact().is_none_or(|count| count == 2));
 }
 
