@@ -5,7 +5,7 @@
 //! limits time KERNEL N     seconds and right-hand sides for N cells, after checking the answers
 //! limits count KERNEL N    the same work once, for a program that counts instructions
 //! ```
-//! Kernels: `return_map`, `critical_damping`, `symmetric`, `instability`, `direct`.
+//! Kernels: `critical_damping`, `symmetric`, `instability`, `direct`.
 
 #![allow(clippy::expect_used)] // a bench whose points are wrong stops
 
@@ -17,8 +17,7 @@ use slipmap::certify;
 use slipmap::column::critical::critical_dampings;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law};
-use slipmap::orbits::return_map::{Turn, turns};
-use slipmap::point::{Point, ScaledGroups};
+use slipmap::point::Point;
 use slipmap::witness;
 use slipmap_map::clock::thread_time;
 use slipmap_numbers::random::Random;
@@ -71,25 +70,17 @@ fn peak(divide: bool) -> f64 {
 struct Cells {
     points: Vec<Point>,
     columns: Vec<Column>,
-    groups: Vec<ScaledGroups>,
 }
 
 /// Random cells of the box for which speeds are stated: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma
 /// in [0, 4], c in [0, 1], V in [0.2, 1.5].
 fn cells(count: usize) -> Cells {
     let mut random = Random(20_260_414);
-    let mut cells = Cells { points: Vec::new(), columns: Vec::new(), groups: Vec::new() };
+    let mut cells = Cells { points: Vec::new(), columns: Vec::new() };
     for _ in 0..count {
         let law = [random.unit(), 0.5 * random.unit(), 4.0 * random.unit()];
         let (damping, belt_speed) = (random.unit(), 0.2 + 1.3 * random.unit());
         let point = Law::Stribeck.point(0.05, &law, belt_speed, damping).expect("a legal point");
-        let [alpha, beta, gamma] = law;
-        cells.groups.push(ScaledGroups {
-            a: point.epsilon * gamma * (1.0 - alpha),
-            k: point.epsilon * gamma * point.belt_speed,
-            b: point.epsilon * beta * point.belt_speed,
-            c: point.epsilon * point.damping,
-        });
         cells.columns.push(Law::Stribeck.column(&point));
         cells.points.push(point);
     }
@@ -99,19 +90,7 @@ fn cells(count: usize) -> Cells {
 /// The answers of a kernel for all cells: number of right-hand sides, and a number per cell to check.
 type Kernel = fn(&Cells) -> (u64, Vec<f64>);
 
-const KERNELS: [(&str, Kernel); 5] = [
-    ("return_map", |cells| {
-        let mut rhs = 0;
-        let margins = turns(&cells.groups, TOLERANCE).into_iter().map(|turn| match turn {
-            Turn::Complete { margin, rhs: cost, .. } => {
-                rhs += u64::from(cost);
-                margin
-            }
-            Turn::HandOver { .. } => f64::NAN,
-        });
-        let margins = margins.collect();
-        (rhs, margins)
-    }),
+const KERNELS: [(&str, Kernel); 4] = [
     ("critical_damping", |cells| {
         let found = critical_dampings(&cells.columns, TOLERANCE);
         let rhs = found.iter().flatten().map(|critical| critical.rhs).sum();
@@ -140,7 +119,7 @@ fn check(name: &str, cells: &Cells, answers: &[f64]) {
     let roots =
         || critical_dampings(&cells.columns, 1e-13).into_iter().map(|root| root.map_or(f64::NAN, |r| r.c));
     match name {
-        "return_map" | "direct" => {
+        "direct" => {
             for (point, margin) in cells.points.iter().zip(answers) {
                 let exact = witness::flow(&Oscillator::new(&Law::Stribeck, point), 1e-12).margin;
                 // The direct engine gives no margin to an orbit that runs far past the belt line.

@@ -190,10 +190,10 @@ pub mod map {
 
     pub use slipmap_map::{
         Account, Audit, Axis, AxisRole, Chances, ComputeError, Contradiction, Contradictions, Control,
-        Description, Disagreement, Each, Engine, FailedCell, Field, Grid, GridError, MethodAccount,
-        MethodCells, Paths, Plan, PlanBuilder, PlanError, Plane, PlaneCurve, PlaneCurves, PlanePoint,
-        Probabilities, Proofs, Quantity, Queue, Runs, Shard, Shown, Sink, Stages, Summary, Tile, TileData,
-        Unknown, compute_tiles, decide, run, unravel,
+        Description, Disagreement, Each, FailedCell, Field, Grid, GridError, MethodAccount, MethodCells,
+        Paths, Plan, PlanBuilder, PlanError, Plane, PlaneCurve, PlaneCurves, PlanePoint, Probabilities,
+        Proofs, Quantity, Queue, Runs, Shard, Shown, Sink, Stages, Summary, Tile, TileData, Unknown,
+        compute_tiles, decide, run, unravel,
     };
 }
 
@@ -211,7 +211,7 @@ pub mod column {
 pub mod orbits {
     //! Orbits followed at one damping, and the naive methods whose errors are measured.
 
-    pub use slipmap_orbits::{Cycle, arc, far_loops, flow, margins, naive, return_map};
+    pub use slipmap_orbits::{Cycle, arc, far_loops, flow, grazing, naive};
 }
 
 pub mod machine {

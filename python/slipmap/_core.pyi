@@ -172,7 +172,6 @@ def compute_map(
     nodes: list[list[float]],
     methods: list[str] | None,
     fields: list[str],
-    engine: str,
     tolerance: float,
     audit_cells: int,
     proof_boxes: int,

@@ -22,7 +22,6 @@ def map(
     law: Law | None = None,
     methods: Iterable[str] | None = None,
     fields: Iterable[str] = (),
-    engine: str = "auto",
     tolerance: float = 1e-9,
     audit_cells: int = 1000,
     proof_boxes: int = 32,
@@ -43,8 +42,6 @@ def map(
         By default the closed-form tests and the simulation. See ``slipmap.METHODS``.
     fields : iterable of str
         What to compute besides verdicts, by the names of ``output.fields`` in configurations: "margin", "regime" and others.
-    engine : {"auto", "critical_surface", "return_map", "direct"}
-        How the simulation decides cells.
     tolerance : float
         Bound on the error of the scaled grazing margin that the simulation aims at.
     audit_cells : int
@@ -95,7 +92,7 @@ def map(
 
     def compute(nodes: list[list[float]], audit_cells: int, progress: Progress) -> xr.Dataset:
         bar = told(progress, math.prod(len(axis) for axis in nodes), "cells")
-        more = (names, own_fields, engine, tolerance, audit_cells, proof_boxes, threads, bar)
+        more = (names, own_fields, tolerance, audit_cells, proof_boxes, threads, bar)
         return _dataset(_core.compute_map(law._law, nodes, *more))
 
     blocks = {name: axes[name].chunks[0] for name in law.axes if getattr(axes[name], "chunks", None)}
@@ -106,7 +103,7 @@ def map(
 
 
 # What the first block says of all.
-_OF_ALL = ("Conventions", "source", "references", "law", "law_definition", "methods", "fields", "engine", "tolerance")
+_OF_ALL = ("Conventions", "source", "references", "law", "law_definition", "methods", "fields", "tolerance")
 
 
 def _in_blocks(

@@ -62,7 +62,7 @@ class Probe(_results.Probe):
             facts.append(("critical damping", _with_error(value, error)))
         elif self.critical_c.reason is not None:
             facts.append(("critical damping", f"not told: {self.critical_c.reason}"))
-        facts.append(("orbit from the exit point", self.flow.return_map.fate.replace("_", " ")))
+        facts.append(("orbit from the exit point", self.flow.arcs.fate.replace("_", " ")))
         if self.landing:
             facts.append(("slip time, stick time", f"{self.landing.slip_time:g}, {self.landing.stick_time:g}"))
         if self.bistable_band:

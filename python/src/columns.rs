@@ -11,9 +11,10 @@ use slipmap::column::{Method, Regime, Verdict, regime as regime_of};
 use slipmap::config::point_of;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law as Family};
-use slipmap::map::{Engine, decide};
+use slipmap::map::decide;
 use slipmap::orbits::flow;
 use slipmap::point::Point;
+use slipmap::witness;
 
 use crate::law::{Law, check_law, choose, legal_point};
 use crate::point::check_tolerance;
@@ -255,16 +256,21 @@ fn groups(arguments: &Arguments<'_>) -> Vec<Group> {
 
 /// The verdict codes of a method on a column at increasing dampings.
 fn of_method(method: &Method, column: &Column, dampings: &[f64], tolerance: f64) -> Vec<i8> {
+    let each = |verdict: &dyn Fn(&Oscillator) -> Verdict| {
+        dampings.iter().map(|&c| verdict(&Oscillator::in_column(column, c)).code()).collect()
+    };
     match method {
         Method::Test(test) => {
             let claim = test.claim(column);
             dampings.iter().map(|&c| Verdict::from(claim.decide(c)).code()).collect()
         }
-        Method::Simulation => decide(std::slice::from_ref(column), dampings, Engine::Auto, tolerance)
-            .into_iter()
-            .map(Verdict::code)
-            .collect(),
-        Method::Naive(..) => dampings.iter().map(|&c| method.decide(column, c, tolerance).code()).collect(),
+        Method::Simulation => {
+            decide(std::slice::from_ref(column), dampings, tolerance).into_iter().map(Verdict::code).collect()
+        }
+        Method::Direct => {
+            each(&|oscillator| Verdict::from(&witness::decisive_flow(oscillator, tolerance).fate))
+        }
+        Method::Naive(naive, knobs) => each(&|oscillator| naive.decide(oscillator, knobs).verdict.into()),
     }
 }
 

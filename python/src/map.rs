@@ -13,7 +13,7 @@ use slipmap::config::Job;
 use slipmap::dataset::attributes::{self, Outcome};
 use slipmap::dataset::{Auxiliary, Contents, Provenance, Schema, Series, Value, auxiliary, curves, si_name};
 use slipmap::friction::Law as Family;
-use slipmap::map::{Chances, ComputeError, Control, Each, Engine, Field, Grid, Plan, PlaneCurves, TileData};
+use slipmap::map::{Chances, ComputeError, Control, Each, Field, Grid, Plan, PlaneCurves, TileData};
 use slipmap::risk::Uncertain;
 
 use crate::columns::method;
@@ -248,7 +248,6 @@ pub(crate) fn compute_map(
     nodes: Vec<Vec<f64>>,
     methods: Option<Vec<String>>,
     fields: Vec<String>,
-    engine: &str,
     tolerance: f64,
     audit_cells: usize,
     proof_boxes: usize,
@@ -259,10 +258,8 @@ pub(crate) fn compute_map(
     let grid = grid_of(&law.law, nodes)?;
     let field = |name: &String| choose("field", name, Field::ALL, |field| field.name());
     let fields: Vec<Field> = fields.iter().map(field).collect::<PyResult<_>>()?;
-    let engine = choose("engine", engine, Engine::ALL, |engine| engine.name())?;
     let mut builder = Plan::builder(grid)
         .fields(fields)
-        .engine(engine)
         .tolerance(tolerance)
         .audit_cells(audit_cells)
         .proof_boxes(proof_boxes);

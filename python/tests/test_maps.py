@@ -158,7 +158,7 @@ def test_a_configuration_gives_the_map_of_the_program(config, stored):
     own = slipmap.run(config, set=sets, progress=lambda done, all: cells.append((done, all)))
     with slipmap.open_map(stored) as data:
         same(own, data)
-        for name in ("title", "law", "methods", "fields", "engine", "tolerance", "config", "config_sha256"):
+        for name in ("title", "law", "methods", "fields", "tolerance", "config", "config_sha256"):
             assert own.attrs[name] == data.attrs[name], name
         assert set(data.attrs) == set(own.attrs)
         same(own.slipmap.curves, data.slipmap.curves)
@@ -202,7 +202,6 @@ def test_configurations_can_be_changed_and_are_checked(config):
         ({"grid": {}, "fields": ["colour"]}, "there is no field `colour`"),
         ({"grid": {}, "methods": ["guess"]}, "there is no method `guess`"),
         ({"grid": {}, "methods": []}, "at least one method"),
-        ({"grid": {}, "engine": "fast"}, "there is no engine `fast`"),
         ({"grid": {}, "tolerance": 2.0}, "tolerance"),
     ],
 )

@@ -210,7 +210,7 @@ def test_an_answer_shows_itself():
     shown = answer._repr_html_()
     assert "<table>" in shown and "symmetric" in shown and "critical damping" in shown
     assert "regime" in repr(answer)
-    assert answer.flow.direct.fate == answer.flow.return_map.fate
+    assert answer.flow.direct.fate == answer.flow.arcs.fate
     assert all(isinstance(it, complex) for it in answer.equilibrium.eigenvalues)
 
 

@@ -36,7 +36,7 @@ REGIMES = (
 SI_UNITS = {"belt_speed": ("m/s", "rad/s"), "damping": ("N s/m", "N m s/rad"), "normal_force": ("N", "N m")}
 GUARANTEES = {"asymptotic", "finite_epsilon", "numerical", "validated", "none"}
 ROOT_TEXTS = (
-    "Conventions title history source references crate_version git machine law methods fields engine "
+    "Conventions title history source references crate_version git machine law methods fields "
     "config config_sha256"
 ).split()
 ROOT_NUMBERS = "schema tolerance compression threads wall_seconds complete".split()

@@ -66,9 +66,8 @@ def configuration(rng):
         left //= len(nodes[name])
     lines += [f"{name} = {nodes[name]}" for name in names]
     fields = rng.sample(["margin", "critical_c", "regime", "landing", "cycle", "basin", "epsilon_limit"], rng.randint(0, 4))
-    engine = rng.choice(["auto", "auto", "return_map", "critical_surface", "direct"])
     names = ", ".join(f'"{field}"' for field in ["verdict", *fields])
-    lines += ["[simulation]", f'engine = "{engine}"', "[audit]", "cells = 20", "[output]", 'path = "map.h5"', f"fields = [{names}]"]
+    lines += ["[audit]", "cells = 20", "[output]", 'path = "map.h5"', f"fields = [{names}]"]
     return law, "\n".join(lines) + "\n"
 
 

@@ -162,7 +162,7 @@ def draw():
 def rows():
     """(source, quantity, published, ours, error of ours or what it is, why they differ)"""
     leine = ask("probe", "--epsilon=1", "--alpha=0", "--beta=0", "--gamma=3", "--V=0.2", "--c=0")
-    both = [leine["flow"][engine]["landing"]["period"] for engine in ("return_map", "direct")]
+    both = [leine["flow"][engine]["landing"]["period"] for engine in ("arcs", "direct")]
     cycle = leine["attracting_cycle"]
     source = "Leine et al. 1998"
     yield source, "period, switch model", 12.00103129, both[0], abs(both[0] - both[1]), "last digit published"

@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # Kernel, cells that are timed, cells that are counted.
 KERNELS = [
     ("instability", 1 << 16, 1 << 14), ("symmetric", 1 << 16, 1 << 14),
-    ("return_map", 1 << 16, 1 << 12), ("critical_damping", 1 << 14, 1 << 11), ("direct", 1 << 10, 1 << 8),
+    ("critical_damping", 1 << 14, 1 << 11), ("direct", 1 << 10, 1 << 8),
 ]  # fmt: skip
 COLUMNS = [
     "kernel", "cells", "ns_per_cell", "rhs_per_cell", "divisions_per_cell", "arithmetic_per_cell",

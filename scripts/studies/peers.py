@@ -270,7 +270,7 @@ class ScipyVerdict:
 
 
 class Crate:
-    """A Rust crate (or our own engine) through scripts/studies/peers-rs."""
+    """A Rust crate through scripts/studies/peers-rs."""
 
     program = None  # of the command line
     lanes = 1
@@ -285,38 +285,6 @@ class Crate:
         lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split("\n")
         answers = np.array([line.split() for line in lines[1:] if line], dtype=float)
         return float(lines[0]), answers[:, 0], answers[:, 1].mean()
-
-
-class OwnMap(Crate):
-    """A whole map of ours with the field `margin`: columns of random parameters in the box, with `DAMPINGS` dampings each.
-    Called with some of its cells, it answers these, and the seconds are their share of the map's."""
-
-    DAMPINGS, SIDE = 20, 16
-
-    def __init__(self):
-        super().__init__("slipmap", "scalar, return map, a map of 20 dampings per column", program_name="own-map")
-        rng = random.Random(20261123)
-        axis = lambda low, high: sorted(low + (high - low) * rng.random() for _ in range(self.SIDE))
-        dampings = [i / (self.DAMPINGS - 1) for i in range(self.DAMPINGS)]
-        self.axes = [[0.05], axis(0, 1), axis(0, 0.5), axis(0, 4), axis(0.2, 1.5), dampings]
-        self.rng = rng
-
-    def draw_cells(self, count):
-        """Rows epsilon, alpha, beta, gamma, c, V of random cells of the map; remembers where they are."""
-        shape = [len(axis) for axis in self.axes]
-        self.places = np.array([self.rng.randrange(int(np.prod(shape))) for _ in range(count)])
-        index = np.unravel_index(self.places, shape)
-        epsilon, alpha, beta, gamma, belt, c = (np.array(axis)[i] for axis, i in zip(self.axes, index))
-        return np.stack([epsilon, alpha, beta, gamma, c, belt], axis=1)
-
-    def __call__(self, cells, tolerance):
-        path = ROOT / "target/peers-axes.txt"
-        path.write_text("".join(" ".join(map(repr, axis)) + "\n" for axis in self.axes))
-        command = [self.program, self.program_name, repr(tolerance), path, "5"]
-        lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split("\n")
-        answers = np.array([line.split() for line in lines[1:] if line], dtype=float)
-        share = len(cells) / len(answers)
-        return share * float(lines[0]), answers[self.places, 0], answers[:, 1].mean()
 
 
 def crate_version(package):
@@ -396,20 +364,6 @@ def heyoka_rows(cells, exact):
     return rows
 
 
-def own_rows(cells, exact):
-    """Our own return map through the library, at the tolerance that maps use, whose errors are far below it, and at the
-    one that the others' rule finds; then a map, alike; nothing where it was not built in."""
-    own, whole = Crate("slipmap", "scalar, return map", program_name="own"), OwnMap()
-    some = whole.draw_cells(len(cells))
-    try:
-        rows = [measure(own, cells, exact, TARGET, "tolerance as in maps"), measure(own, cells, exact)]
-        exact = reference_margins(some)
-        said = "errors of so many of its cells"
-        return rows + [measure(whole, some, exact, TARGET, said), measure(whole, some, exact, None, said)]
-    except subprocess.CalledProcessError:
-        return []
-
-
 def table_rows(cells, exact):
     """Every peer at the largest tolerance that meets the target."""
     few = max(len(cells) // 16, 1)
@@ -422,7 +376,7 @@ def table_rows(cells, exact):
     rows.append(measure(Crate("ode_solvers", "scalar, DOPRI5"), cells, exact))
     rows.append(measure(ScipyMargin(), cells[:few], exact[:few]))
     rows.append(measure(ScipyVerdict(), cells[:few], exact[:few], 1e-9, "tolerance fixed"))
-    return rows + own_rows(cells, exact)
+    return rows
 
 
 def chart_rows(cells, exact, near):

@@ -103,8 +103,8 @@ def main(out):
 
     grid = {"V": V, "c": C, "epsilon": 1.0}
     law = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0)
-    truth = slipmap.map(grid, law=law, methods=["simulation"], engine="direct", audit_cells=0)
-    truth = truth.verdict_simulation.squeeze().values == 1
+    truth = slipmap.map(grid, law=law, methods=["direct"], audit_cells=0)
+    truth = truth.verdict_direct.squeeze().values == 1
     critical = slipmap.critical_c(law, V=V, epsilon=1.0)
     near = np.abs(C[None, :] - critical[:, None]) < 0.01
     rows = []

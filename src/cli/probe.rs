@@ -185,7 +185,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     table.write(out)?;
     writeln!(
         out,
-        "  (margin: in c to the edge of presence, or m/V of the simulation; positive means presence)\n  \
+        "  (margin: in c to the edge of presence; positive means presence)\n  \
          (epsilon limit: says what the simulation says at every smaller epsilon; +inf: up to {} at least)",
         short(HIGHEST)
     )?;
@@ -207,7 +207,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("error", Right),
         ("right-hand sides", Right),
     ]);
-    for (name, flow) in [("return map", &answer.told), ("direct", direct)] {
+    for (name, flow) in [("arcs", &answer.told), ("direct", direct)] {
         table.row([
             name.into(),
             fate_name(&flow.fate).replace('_', " "),

@@ -31,7 +31,6 @@ run = [\"symmetric\", \"simulation\", \"fixed_step\"]
 [naive]
 turns = 1
 [simulation]
-engine = \"auto\"
 tolerance = 1e-9
 [audit]
 cells = 3

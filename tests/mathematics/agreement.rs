@@ -4,7 +4,7 @@
 //! that it states. Opinions agree if they have a fate in common, and margins that are no farther apart than
 //! their errors.
 
-use crate::interpolation::verdicts;
+use crate::interpolation::{How, verdicts};
 use crate::sample::{Random, Sample, Sampling, formula};
 use rayon::prelude::*;
 use slipmap::certify::{Decision, Guarantee, TESTS, validated};
@@ -14,9 +14,8 @@ use slipmap::column::{Method, Verdict};
 use slipmap::filippov::Oscillator;
 use slipmap::flow::{Fate, Flow, Landing};
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::map::{Control, Each, Engine, Grid, Plan, decide, run, unravel};
+use slipmap::map::{Control, Each, Grid, Plan, decide, run, unravel};
 use slipmap::orbits::flow;
-use slipmap::orbits::return_map::{Turn, is_resolved, turns_of};
 use slipmap::witness;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -234,15 +233,6 @@ impl Opinion {
         Self { by, fates, margin: None }
     }
 
-    fn of_turn(turn: Turn) -> Self {
-        match turn {
-            Turn::Complete { margin, error, .. } if is_resolved(margin, error) => {
-                Self { margin: Some([margin, error]), ..Self::of_sign("turn", margin, error) }
-            }
-            Turn::Complete { .. } | Turn::HandOver { .. } => Self { by: "turn", fates: ANY, margin: None },
-        }
-    }
-
     fn of_claim(by: &'static str, decision: Decision) -> Self {
         let fates = match decision {
             Decision::Present => LANDS,
@@ -268,11 +258,7 @@ impl Heard {
         let oscillator = case.oscillator();
         let (witness, flow) = (witness::flow(&oscillator, tolerance), flow(&oscillator, tolerance));
         let of_critical = |by, found: CriticalDamping| Opinion::of_sign(by, found.c - c, found.error);
-        let mut opinions = vec![
-            Opinion::of_flow("witness", &witness),
-            Opinion::of_flow("flow", &flow),
-            Opinion::of_turn(turns_of(column, &[*c], tolerance)[0]),
-        ];
+        let mut opinions = vec![Opinion::of_flow("witness", &witness), Opinion::of_flow("flow", &flow)];
         opinions.extend(
             critical_damping(column, tolerance).ok().map(|found| of_critical("critical damping", found)),
         );
@@ -373,8 +359,10 @@ impl Tally {
             }
         }
         tally.worst_discord = heard.discord(&case.oscillator());
+        // Next to the witness the flow has hardly an error, so that this judges the estimate of the witness: it is small
+        // by a fifth at times (its documentation), and never by half.
+        tally.discords = u64::from(tally.worst_discord > 1.5);
         if tally.worst_discord > 1.0 {
-            tally.discords = 1;
             // The witness' estimate is sometimes too small where friction is steep next to the belt line.
             let finer = Heard::new(case, 1e-3 * TOLERANCE, false);
             judge(tally.worst_discord <= 10.0 && finer.discord(&case.oscillator()) <= 1.0, "margins");
@@ -445,7 +433,7 @@ fn every_engine_says_the_same_of_every_law() {
     for fates in ["sticks", "sticks from above", "spirals inward", "crosses for ever"] {
         assert!(tally.fates.contains_key(&[fates, fates]), "the sample has no orbit that {fates}");
     }
-    let engines = ["witness", "flow", "turn", "critical damping", "symmetric", "backbone", "validated"];
+    let engines = ["witness", "flow", "critical damping", "symmetric", "backbone", "validated"];
     for engine in engines {
         assert!(
             tally.decided.get(engine).is_some_and(|decided| *decided > 20),
@@ -467,7 +455,7 @@ fn every_engine_says_the_same_at_a_hundred_thousand_points() {
 fn margins_below_the_error_of_maps_have_a_verdict() {
     for number in [770, 1769, 2926, 3417, 3904, 4314] {
         let case = Case::any_law(number);
-        let verdict = decide(std::slice::from_ref(&case.column), &[case.c], Engine::Auto, TOLERANCE)[0];
+        let verdict = decide(std::slice::from_ref(&case.column), &[case.c], TOLERANCE)[0];
         assert!(verdict.is_decision(), "{case:?}");
     }
 }
@@ -521,7 +509,7 @@ fn every_engine_labels_every_cell_alike() {
         (0..24).map(|i| 0.13 * f64::from(i)).collect(),
     ];
     let grid = Grid::new(Law::Stribeck, nodes).unwrap();
-    let by_engine = Engine::ALL.map(|engine| verdicts(&grid, engine).0);
+    let by_engine = [How::Between, How::Alone, How::Direct].map(|how| verdicts(&grid, how).0);
     assert!(by_engine.iter().all(|verdicts| verdicts.len() == grid.cells()));
     let mut counts = BTreeMap::new();
     for cell in 0..grid.cells() {
@@ -534,10 +522,10 @@ fn every_engine_labels_every_cell_alike() {
         let grazes = gamma * (1.0 - alpha) == 0.0 && beta == 0.0 && point.damping == 0.0;
         let expected =
             if grazes { [Verdict::Undecided].as_slice() } else { &[Verdict::Present, Verdict::Absent] };
-        let legal: Vec<[Verdict; 4]> = expected.iter().map(|verdict| [*verdict; 4]).collect();
+        let legal: Vec<[Verdict; 3]> = expected.iter().map(|verdict| [*verdict; 3]).collect();
         assert!(legal.contains(&verdicts), "{point:?}: {verdicts:?}");
     }
-    println!("verdicts by {:?}: {counts:?}", Engine::ALL.map(Engine::name));
+    println!("verdicts between columns, of columns alone, direct: {counts:?}");
     assert_eq!(counts.len(), 3, "present, absent, undecided: {counts:?}");
 }
 
@@ -564,9 +552,12 @@ fn every_engine_is_right_next_to_the_boundary() {
         tried += 1;
         assert!(critical.error < 1e-11 * critical.c, "{sample:?} {critical:?}");
         let cs = [critical.c * (1.0 - 1e-9), critical.c * (1.0 + 1e-9)];
-        for engine in Engine::ALL {
-            let verdicts = decide(std::slice::from_ref(&column), &cs, engine, TOLERANCE);
-            assert_eq!(verdicts, [Verdict::Present, Verdict::Absent], "{} {sample:?}", engine.name());
+        let verdicts = decide(std::slice::from_ref(&column), &cs, TOLERANCE);
+        assert_eq!(verdicts, [Verdict::Present, Verdict::Absent], "{sample:?}");
+        for fate in [flow, witness::decisive_flow] {
+            let verdicts =
+                cs.map(|c| Verdict::from(&fate(&Oscillator::in_column(&column, c), TOLERANCE).fate));
+            assert_eq!(verdicts, [Verdict::Present, Verdict::Absent], "{sample:?}");
         }
     }
 }

@@ -8,7 +8,7 @@ use slipmap::column::{Regime, Verdict, regime};
 use slipmap::filippov::Oscillator;
 use slipmap::flow::{Failure, Fate, Flow};
 use slipmap::friction::{Column, Law, Table};
-use slipmap::map::{Engine, decide};
+use slipmap::map::decide;
 use slipmap::orbits::flow;
 use slipmap::witness;
 
@@ -58,13 +58,27 @@ fn dampings(points: &[CriticalPoint], tolerance: f64) -> Found {
 
 /// Distances from c* in units of the weakening rate.
 const STEPS: [f64; 7] = [1e-13, 1e-11, 1e-9, 1e-8, 1e-7, 1e-5, 1e-2];
-/// Distances of cells that `auto` decides by its own paths. In columns with nearer cells `auto` computes as
-/// `critical_surface` does.
+/// Distances at which a coarse critical damping decides all cells of a column.
 const FAR_STEPS: [f64; 2] = [1e-5, 1e-2];
 
-/// Compares verdicts of `engine` at dampings on both sides of c*, from far to near, with the reference.
-fn verdicts(points: &[CriticalPoint], engine: Engine, tolerance: f64) -> Found {
-    let steps = if engine == Engine::Auto { &FAR_STEPS[..] } else { &STEPS[..] };
+/// The verdicts of a column.
+type Decide = fn(&Column, &[f64], f64) -> Vec<Verdict>;
+
+fn by_comparison(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Verdict> {
+    decide(std::slice::from_ref(column), cs, tolerance)
+}
+
+fn directly(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Verdict> {
+    let fate = |&c: &f64| witness::decisive_flow(&Oscillator::in_column(column, c), tolerance).fate;
+    cs.iter().map(|c| Verdict::from(&fate(c))).collect()
+}
+
+fn by_orbits(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Verdict> {
+    cs.iter().map(|&c| Verdict::from(&flow(&Oscillator::in_column(column, c), tolerance).fate)).collect()
+}
+
+/// Compares verdicts at dampings on both sides of c*, from far to near, with the reference.
+fn verdicts(points: &[CriticalPoint], decide: Decide, steps: &[f64], tolerance: f64) -> Found {
     let mut all = Found::default();
     for point in points {
         let column = Law::Stribeck.column(&point.at(0.0));
@@ -75,9 +89,7 @@ fn verdicts(points: &[CriticalPoint], engine: Engine, tolerance: f64) -> Found {
             .filter(|c| *c >= 0.0)
             .collect();
         cs.sort_by(f64::total_cmp);
-        for (verdict, &c) in
-            decide(std::slice::from_ref(&column), &cs, engine, tolerance).into_iter().zip(&cs)
-        {
+        for (verdict, &c) in decide(&column, &cs, tolerance).into_iter().zip(&cs) {
             let right = match verdict {
                 Verdict::Present => c < point.critical_c,
                 // Below c* the orbit may cross the belt line for ever.
@@ -95,7 +107,7 @@ fn verdicts(points: &[CriticalPoint], engine: Engine, tolerance: f64) -> Found {
             };
             all.answers += 1;
             if !right {
-                all.wrong.push(format!("{engine:?} {tolerance:e} {point:?} at {c:?}: {verdict:?}"));
+                all.wrong.push(format!("{tolerance:e} {point:?} at {c:?}: {verdict:?}"));
             }
         }
     }
@@ -116,14 +128,17 @@ fn the_error_of_the_critical_damping_holds_where_it_is_hard_to_find() {
 fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
     let points = column_points();
     let every = |n: usize| points.iter().step_by(n).copied().collect::<Vec<_>>();
-    let least = |points: &[CriticalPoint], engine| points.len() * if engine == Engine::Auto { 2 } else { 7 };
+    let ways: [(Decide, &[f64], usize); 4] = [
+        (by_comparison, &STEPS, 1),
+        (by_comparison, &FAR_STEPS, 1),
+        (by_orbits, &STEPS, 10),
+        (directly, &STEPS, 100),
+    ];
     // More at the default tolerance; all others in the ignored test below.
     for (tolerance, share) in [(1e-6, 16), (1e-9, 4), (1e-13, 16)] {
-        for (engine, few) in
-            [(Engine::CriticalSurface, 1), (Engine::Auto, 1), (Engine::ReturnMap, 10), (Engine::Direct, 100)]
-        {
+        for (decide, steps, few) in ways {
             let points = every(share * few);
-            verdicts(&points, engine, tolerance).is_right(least(&points, engine));
+            verdicts(&points, decide, steps, tolerance).is_right(points.len() * steps.len());
         }
     }
 }
@@ -159,9 +174,9 @@ fn a_cell_just_below_the_critical_damping_is_present() {
     };
     dampings(&[point], 1e-9).is_right(1);
     let column = Law::Stribeck.column(&point.at(0.0));
-    for engine in [Engine::Auto, Engine::CriticalSurface, Engine::ReturnMap, Engine::Direct] {
-        let verdicts = decide(std::slice::from_ref(&column), &[0.6, 0.606_171_75, 0.7], engine, 1e-9);
-        assert_eq!(verdicts, [Verdict::Present, Verdict::Present, Verdict::Absent], "{engine:?}");
+    for decide in [by_comparison, by_orbits, directly] {
+        let verdicts = decide(&column, &[0.6, 0.606_171_75, 0.7], 1e-9);
+        assert_eq!(verdicts, [Verdict::Present, Verdict::Present, Verdict::Absent]);
     }
 }
 
@@ -171,9 +186,9 @@ fn a_cell_next_to_the_boundary_of_a_strong_node_is_not_absent() {
     let point = Law::Stribeck.point(0.0733348, &[0.552363, 0.0, 486.682], 0.428924, 0.0).unwrap();
     let column = Law::Stribeck.column(&point);
     // c* is 3.515115118568438.
-    for engine in [Engine::CriticalSurface, Engine::ReturnMap, Engine::Direct] {
-        let verdict = decide(std::slice::from_ref(&column), &[3.5151151185466523], engine, 1e-9)[0];
-        assert!(matches!(verdict, Verdict::Present | Verdict::Undecided), "{engine:?}: {verdict:?}");
+    for decide in [by_comparison, by_orbits, directly] {
+        let verdict = decide(&column, &[3.5151151185466523], 1e-9)[0];
+        assert!(matches!(verdict, Verdict::Present | Verdict::Undecided), "{verdict:?}");
     }
 }
 
@@ -193,10 +208,8 @@ fn cells_on_fast_belts_without_a_certificate_of_presence_are_not_present() {
             let column = law.column(&point.unwrap());
             let critical = critical_dampings(std::slice::from_ref(&column), 1e-9).remove(0).unwrap().c;
             let cs = [0.0, 0.3, 0.6, 0.9, 1.1].map(|share| share * critical);
-            for engine in [Engine::Auto, Engine::CriticalSurface, Engine::ReturnMap] {
-                for (verdict, c) in
-                    decide(std::slice::from_ref(&column), &cs, engine, 1e-9).into_iter().zip(cs)
-                {
+            for decide in [by_comparison, by_orbits] {
+                for (verdict, c) in decide(&column, &cs, 1e-9).into_iter().zip(cs) {
                     let witness = witness::flow(&Oscillator::in_column(&column, c), 1e-9);
                     let expected = match witness.fate {
                         Fate::Sticks(_) => Verdict::Present,
@@ -204,10 +217,7 @@ fn cells_on_fast_belts_without_a_certificate_of_presence_are_not_present() {
                         Fate::TooCloseToCall | Fate::Failed(_) => continue,
                     };
                     crossing += usize::from(witness.fate == Fate::CrossesForever);
-                    assert!(
-                        [expected, Verdict::Undecided].contains(&verdict),
-                        "{column:?} {c} {engine:?}: {verdict:?}"
-                    );
+                    assert!([expected, Verdict::Undecided].contains(&verdict), "{column:?} {c}: {verdict:?}");
                 }
             }
         }
@@ -282,19 +292,16 @@ fn ten_thousand_other_columns() {
     for tolerance in [1e-6, 1e-8, 1e-9, 1e-10, 1e-13] {
         row("critical_damping", tolerance, &points, dampings(&points, tolerance));
     }
-    for (engine, points) in [
-        (Engine::CriticalSurface, every(1)),
-        (Engine::Auto, every(4)),
-        (Engine::ReturnMap, every(20)),
-        (Engine::Direct, every(200)),
-    ] {
+    let ways: [(&str, Decide, &[f64], usize); 4] = [
+        ("verdicts", by_comparison, &STEPS, 1),
+        ("verdicts_far", by_comparison, &FAR_STEPS, 4),
+        ("verdicts_of_orbits", by_orbits, &STEPS, 20),
+        ("verdicts_direct", directly, &STEPS, 200),
+    ];
+    for (what, decide, steps, few) in ways {
+        let points = every(few);
         for tolerance in [1e-6, 1e-9, 1e-13] {
-            row(
-                &format!("verdicts_{}", engine.name()),
-                tolerance,
-                &points,
-                verdicts(&points, engine, tolerance),
-            );
+            row(what, tolerance, &points, verdicts(&points, decide, steps, tolerance));
         }
     }
     assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));

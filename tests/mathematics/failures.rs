@@ -2,6 +2,7 @@
 //! and the crate's method does not. Where the first-order test fails is in `claims`, where orbits overshoot the belt
 //! in `limits`; nodes and exact grazing are among the orbits of `agreement` and `direct`.
 
+use crate::sample::returns;
 use std::f64::consts::TAU;
 
 use slipmap::certify;
@@ -142,9 +143,10 @@ fn smoothed_sign() {
     assert!((ours - critical).abs() < 1e-9, "{ours} {critical}");
 }
 
-/// The verdict by the margin's sign, which exists even near the boundary.
+/// Whether the orbit returns, by the margin's sign where it is too close to call.
 fn truth_of_margin(oscillator: &Oscillator) -> Verdict {
-    if flow(oscillator, TOLERANCE).margin > 0.0 { Verdict::Present } else { Verdict::Absent }
+    let answer = flow(oscillator, TOLERANCE);
+    if returns(&answer.fate).unwrap_or(answer.margin > 0.0) { Verdict::Present } else { Verdict::Absent }
 }
 
 #[test]

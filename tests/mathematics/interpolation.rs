@@ -4,7 +4,7 @@
 use slipmap::column::{Method, Regime, Verdict, critical_damping};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Law, Table};
-use slipmap::map::{Account, Control, Each, Engine, Field, Grid, Plan, Queue, TileData, unravel};
+use slipmap::map::{Account, Control, Each, Field, Grid, Plan, Queue, TileData, unravel};
 use slipmap::orbits::flow;
 use std::collections::HashSet;
 use std::sync::Mutex;
@@ -12,24 +12,37 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::sample::{Random, formula};
 
-fn computed(grid: &Grid, engine: Engine, audited: usize) -> (Vec<(Verdict, Regime)>, Account) {
-    of_fields(grid, engine, audited, &[Field::Regime])
+/// How the cells of a map are decided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum How {
+    /// As in maps, perhaps between columns.
+    Between,
+    /// Column by column.
+    Alone,
+    /// Cell by cell, by the direct engine.
+    Direct,
 }
 
-/// The verdicts of the simulation in the cells of a grid.
-pub fn verdicts(grid: &Grid, engine: Engine) -> (Vec<Verdict>, Account) {
-    let (cells, account) = of_fields(grid, engine, 0, &[]);
+fn computed(grid: &Grid, how: How, audited: usize) -> (Vec<(Verdict, Regime)>, Account) {
+    of_fields(grid, how, audited, &[Field::Regime])
+}
+
+/// The verdicts in the cells of a grid.
+pub fn verdicts(grid: &Grid, how: How) -> (Vec<Verdict>, Account) {
+    let (cells, account) = of_fields(grid, how, 0, &[]);
     (cells.into_iter().map(|(verdict, _)| verdict).collect(), account)
 }
 
-fn of_fields(
-    grid: &Grid,
-    engine: Engine,
-    audited: usize,
-    fields: &[Field],
-) -> (Vec<(Verdict, Regime)>, Account) {
-    let plan = Plan::builder(grid.clone()).methods([Method::Simulation]).fields(fields.iter().copied());
-    let plan = plan.engine(engine).audit_cells(audited).tile_shape(grid.shape()).build().unwrap();
+fn of_fields(grid: &Grid, how: How, audited: usize, fields: &[Field]) -> (Vec<(Verdict, Regime)>, Account) {
+    let method = if how == How::Direct { Method::Direct } else { Method::Simulation };
+    let mut tile = grid.shape();
+    if how == How::Alone {
+        // A tile of one column is not interpolated.
+        let last = tile.len() - 1;
+        tile[..last].fill(1);
+    }
+    let plan = Plan::builder(grid.clone()).methods([method]).fields(fields.iter().copied());
+    let plan = plan.audit_cells(audited).tile_shape(tile).build().unwrap();
     let (tiles, queue) = (Mutex::new(Vec::new()), Queue::new(plan.tile_count(), HashSet::new()));
     let sink = Each(|data: &TileData| {
         let regimes = data.regime.values().chain(std::iter::repeat(Regime::Failed));
@@ -109,8 +122,8 @@ fn grids() -> Vec<(&'static str, Grid)> {
 #[test]
 fn interpolated_cells_are_those_of_their_own_columns() {
     for (name, grid) in grids() {
-        let (found, account) = computed(&grid, Engine::Auto, 20);
-        let (wanted, _) = computed(&grid, Engine::CriticalSurface, 0);
+        let (found, account) = computed(&grid, How::Between, 20);
+        let (wanted, _) = computed(&grid, How::Alone, 0);
         let paths = &account.paths;
         assert_eq!(found.len(), wanted.len());
         for (cell, pair) in found.iter().zip(&wanted).enumerate() {
@@ -140,7 +153,7 @@ fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
         axes.extend(own);
         axes.extend([vec![0.3, 1.1, 2.3], vec![0.05, 0.2, 0.7]]);
         let grid = Grid::new(law.clone(), axes).unwrap();
-        let (found, _) = computed(&grid, Engine::CriticalSurface, 0);
+        let (found, _) = computed(&grid, How::Alone, 0);
         let mut seen = Vec::new();
         for (cell, &(_, regime)) in found.iter().enumerate() {
             let point = grid.point(&unravel(cell, &grid.shape()));
@@ -217,8 +230,8 @@ fn cells_of_laws_with_a_narrow_feature_are_those_of_their_own_columns() {
     let mut interpolated = 0;
     for (number, (law, belts, dampings)) in maps.iter().enumerate() {
         let grid = Grid::new(law.clone(), vec![vec![1.0], belts.clone(), dampings.clone()]).unwrap();
-        let (found, account) = verdicts(&grid, Engine::Auto);
-        let (wanted, _) = verdicts(&grid, Engine::CriticalSurface);
+        let (found, account) = verdicts(&grid, How::Between);
+        let (wanted, _) = verdicts(&grid, How::Alone);
         assert_eq!(found, wanted, "map {number}: {law:?} {dampings:?}");
         interpolated += account.paths.interpolation;
     }
@@ -229,8 +242,8 @@ fn cells_of_laws_with_a_narrow_feature_are_those_of_their_own_columns() {
 fn a_sudden_change_of_the_law_is_not_interpolated_over() {
     let law = formula("1 - (0.1 + 0.3/(1 + exp((s - 0.5)*2000)))*(1 - exp(-u))");
     let grid = Grid::new(law, vec![vec![0.5], nodes(0.0, 1.0, 32), nodes(0.5, 1.5, 32), vec![0.25]]).unwrap();
-    let (found, _) = computed(&grid, Engine::Auto, 0);
-    let (wanted, _) = computed(&grid, Engine::CriticalSurface, 0);
+    let (found, _) = computed(&grid, How::Between, 0);
+    let (wanted, _) = computed(&grid, How::Alone, 0);
     assert_eq!(found, wanted);
     let [present, absent] = [Verdict::Present, Verdict::Absent]
         .map(|verdict| found.iter().filter(|(found, _)| *found == verdict).count());

@@ -2,7 +2,7 @@
 //! with fine grids of eps and closed forms.
 
 use crate::sample::{Random, Sample, Sampling};
-use slipmap::certify::{self, Decision};
+use slipmap::certify::{self, Decision, validated};
 use slipmap::column::critical_damping;
 use slipmap::column::limits::{HIGHEST, LOWEST, Limit, Proved, Ray};
 use slipmap::column::{Method, Verdict};
@@ -103,7 +103,7 @@ fn limits_agree_with_a_fine_grid_of_eps() {
             let method = Method::Test(test);
             let said = |epsilon: f64| {
                 let here = Sample { epsilon, ..sample };
-                method.decide(&here.column(), here.damping, TOLERANCE)
+                Verdict::from(test.claim(&here.column()).decide(here.damping))
             };
             let limit = ray.limit(method).value();
             let parts = |(epsilon, truth): &&(f64, Option<Verdict>)| {
@@ -150,7 +150,7 @@ fn limits_of_proofs_are_where_they_cease_to_decide() {
     for sample in samples(24).into_iter().chain(brakes) {
         let said = |epsilon: f64| {
             let here = Sample { epsilon, ..sample };
-            proofs.decide(&here.column(), here.damping, TOLERANCE)
+            Verdict::from(validated::TEST.claim(&here.column()).decide(here.damping))
         };
         let ray = ray(&sample);
         let Limit::UpTo(limit) = ray.limit(proofs) else { continue };

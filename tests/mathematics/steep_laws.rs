@@ -6,7 +6,7 @@ use crate::sample::{Random, Sampling, formula, returns};
 use slipmap::column::{CriticalDamping, Verdict, critical_damping};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::map::{Engine, decide};
+use slipmap::map::decide;
 use slipmap::orbits::flow;
 use slipmap::witness;
 
@@ -223,7 +223,7 @@ fn verdicts_of_steep_laws_agree_with_their_critical_damping() {
         let column = column(1.0, 0.5, vs);
         let [truth, _] = of_steep_law(1.0, 0.5, vs);
         let cs = [0.9 * truth, 1.1 * truth];
-        let verdicts = decide(&[column], &cs, Engine::Auto, 1e-9);
+        let verdicts = decide(&[column], &cs, 1e-9);
         assert_eq!(verdicts, [Verdict::Present, Verdict::Absent], "{vs}");
     }
 }

@@ -131,12 +131,9 @@ fn a_closed_forms_errors_and_labels_are_those_of_its_formula() {
 #[test]
 fn engines_keep_their_tolerance_and_theorems_never_err() {
     for tolerance in [1e-4, 1e-8, 1e-12] {
-        for engine in ["return_map", "direct"] {
-            let found = row(engine, Some(tolerance));
-            let worst = found.margin.unwrap().worst;
-            // The knob is the error that they aim at and estimate.
-            assert!(worst <= tolerance, "{engine} at {tolerance:e}: {worst:e}");
-        }
+        // The knob is the error that it aims at and estimates.
+        let worst = row("direct", Some(tolerance)).margin.unwrap().worst;
+        assert!(worst <= tolerance, "{tolerance:e}: {worst:e}");
     }
     for name in ["instability", "bendixson", "symmetric", "validated"] {
         let found = row(name, None);
@@ -184,7 +181,7 @@ fn table_and_chart_hold_the_numbers() {
         let chart = chart(&STUDY, width);
         let svg = chart.scene.svg("chart", &chart.caption);
         roxmltree::Document::parse(&svg).unwrap();
-        assert!(svg.contains("return map") && !svg.contains("NaN"), "{svg}");
+        assert!(svg.contains("critical surface") && !svg.contains("NaN"), "{svg}");
     }
 }
 
@@ -228,7 +225,7 @@ fn the_command_writes_everything_or_nothing() {
     assert_eq!(run.out.trim(), "results/study/work-precision.csv");
     run.err.says(&["no peers"]);
     let table = scratch.read("results/study/work-precision.csv");
-    table.says(&["perturbation", "critical_surface", "return_map", "direct", "smoothed", "event_step"]);
+    table.says(&["perturbation", "critical_surface", "direct", "smoothed", "event_step"]);
     scratch.run("work-precision study.toml").refuses(&["results/study exists already", "--overwrite"]);
     scratch
         .run("work-precision study.toml --out x --set work_precision.near=0")

@@ -27,7 +27,7 @@ c = { from = 0.0, to = 3.0, points = 8 }
 run = [\"symmetric\", \"simulation\"]
 [output]
 path = \"map.h5\"
-fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
+fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\", \"growth\"]
 ";
 
 /// Address space in kilobytes: too little for a grid of 10^18 cells, or for a tenth of a per cent of it.
@@ -347,7 +347,7 @@ const COMMANDS: &str = "</title></text><script>alert(1)</script><img src=x onerr
 fn texts_of_maps_are_not_executed() {
     let scratch = scratch();
     damaged_copy(&scratch, |file| {
-        for name in "title history source references config machine git crate_version engine".split(' ') {
+        for name in "title history source references config machine git crate_version".split(' ') {
             text(file, name, COMMANDS);
         }
         for name in ["verdict_symmetric", "verdict_simulation", "margin_symmetric", "regime"] {

@@ -47,7 +47,7 @@ fn probe_and_machine_agree_without_damping() {
         {
             assert!(number(key).is_none_or(|limit| limit == 0.0 || limit > rounding), "{key}: {label}");
         }
-        let sticks = probe["flow"]["return_map"]["fate"] == "sticks";
+        let sticks = probe["flow"]["arcs"]["fate"] == "sticks";
         assert_eq!(sticks, number("may_stick_slip_below_damping").is_some(), "{label}");
         assert_eq!(
             number("always_stick_slips_below_damping").is_some(),

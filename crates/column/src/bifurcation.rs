@@ -4,7 +4,7 @@
 //! | bifurcation | test function | what happens |
 //! | --- | --- | --- |
 //! | Hopf | D(V), the trace at the equilibrium | the equilibrium changes its stability, a slip cycle is born |
-//! | grazing-sliding | the scaled margin m / V | the orbit from the exit point comes back to the belt line, or not |
+//! | grazing-sliding | c* - c, times pi eps | the orbit from the exit point comes back to the belt line, or not |
 //! | landing | `crossing::reach` less 2; with a drop j the landing speed less 2 - j | it lands on the stick segment, or beyond and crosses |
 //! | crossing | `crossing::reach` less 2 (2 - j) | it sticks after one crossing, or crosses for ever |
 //! | fold | C - eps c at the extreme of the backbone C(r) that is nearest to eps c | two slip cycles meet and vanish |
@@ -20,7 +20,6 @@ use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::flow::Failure;
 use slipmap_model::friction::Column;
 use slipmap_numbers::named;
-use slipmap_orbits::return_map::{Turn, turn_of};
 use slipmap_orbits::work::{QUESTION, Work};
 
 /// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
@@ -156,18 +155,9 @@ fn work_of(Column { curve, belt_speed, .. }: &Column, found: &CriticalDamping) -
     found.rhs * if is_accurate { 1 } else { curve.cost() }
 }
 
-/// The scaled margin; where a turn that grazes the belt line leaves the domain of the polar form, about what the distance from
-/// the critical damping makes of it, which has a margin's zero and sign: there the margin's slope is infinite.
+/// The distance from the critical damping, which has the zero and the sign of the grazing margin, and about its size.
 fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestValue> {
     let Oscillator { curve, viscous, belt_speed } = oscillator;
-    if curve.weakening(0.0) - viscous < 2.0 {
-        let turn = turn_of(oscillator, tolerance);
-        let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
-        work.spend_compiled(rhs.into()).ok()?;
-        if let Turn::Complete { margin, error, .. } = turn {
-            return Some(TestValue { value: margin, error });
-        }
-    }
     let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
     let found = critical_damping(&column, tolerance);
     // A search that failed may have taken all of its budget.

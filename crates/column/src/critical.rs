@@ -1,16 +1,10 @@
-//! The critical damping c* of a column: the root of the grazing margin.
-//!
-//! At c* the orbit from the exit point grazes the belt line: it closes with the maximum V of x2. The search
-//! is that of `closing`, or that of `quarters` where friction drops or falls steeply next to the belt line.
-
-use std::f64::consts::TAU;
+//! The critical damping c* of a column, at which the orbit from the exit point grazes the belt line.
 
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::flow::{Failure, Fate};
 use slipmap_model::friction::Column;
 use slipmap_numbers::text::rounded;
-use slipmap_orbits::closing::{Amplitude, closing_dampings};
-use slipmap_orbits::quarters::{Sought, WIDE, closing_dampings_by_quarters};
+use slipmap_orbits::grazing::{Belt, grazing_dampings};
 use slipmap_orbits::{Closing, flow};
 
 /// Largest error of a number that is told, as a share of it. A number with a larger error is withheld.
@@ -79,79 +73,12 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-    let is_stribeck = |column: &Column| column.curve.stribeck().is_some();
-    let mut found: Vec<Result<Closing, u64>> = vec![Err(0); columns.len()];
-    let mut by_quarters: Vec<(usize, Sought)> = Vec::new();
-    let mut smooth: Vec<(usize, Amplitude)> = Vec::new();
-    for (number, column) in columns.iter().enumerate() {
-        match if is_stribeck(column) { None } else { sought_by_quarters(column) } {
-            Some(sought) => by_quarters.push((number, sought)),
-            None => {
-                smooth.push((number, Amplitude::new(&column.curve, column.belt_speed, column.belt_speed)))
-            }
-        }
-    }
-    let (numbers, orbits): (Vec<usize>, Vec<Amplitude>) = smooth.into_iter().unzip();
-    for (number, closing) in numbers.into_iter().zip(closing_dampings(&orbits, tolerance, None)) {
-        found[number] = closing;
-    }
-    let (numbers, sought): (Vec<usize>, Vec<Sought>) = by_quarters.into_iter().unzip();
-    for (number, closing) in numbers.into_iter().zip(closing_dampings_by_quarters(&sought, tolerance)) {
-        found[number] = closing;
-    }
-    let answer = |column: &Column, found: Result<Closing, u64>| match found {
-        Ok(Closing { viscous, error, rhs, .. }) => {
-            Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
-        }
-        Err(rhs) if column.curve.is_hidden_by_rounding(column.belt_speed) => Ok(hidden(column, rhs)),
-        Err(_) => Err(NoCriticalDamping::NotFollowed),
+    let belts: Vec<Belt> = columns.iter().map(|column| (&column.curve, column.belt_speed)).collect();
+    let answer = |(column, found): (&Column, Result<Closing, u64>)| {
+        let Closing { viscous, error, rhs, .. } = found.map_err(|_| NoCriticalDamping::NotFollowed)?;
+        Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
     };
-    // An error delta of the weakening rate, of the samples of a function, moves eps c* by at most delta.
-    let sampled = |column: &Column, found: CriticalDamping| CriticalDamping {
-        error: found.error + column.curve.sampling_error() / column.epsilon,
-        ..found
-    };
-    let answers = columns.iter().zip(found);
-    answers.map(|(column, found)| answer(column, found).map(|found| sampled(column, found))).collect()
-}
-
-/// What is known of a fall that rounding hides from all orbits: the balance of energy, and that no orbit returns that is
-/// damped critically.
-fn hidden(column: &Column, rhs: u64) -> CriticalDamping {
-    let balance = energy_balance(column);
-    CriticalDamping { c: balance / column.epsilon, error: (2.0 + balance.abs()) / column.epsilon, rhs }
-}
-
-fn sought_by_quarters(column: &Column) -> Option<Sought<'_>> {
-    let Column { curve, epsilon, belt_speed, .. } = column;
-    let bounds = || search_bounds(column).map(|c| c * epsilon);
-    Sought::from_exit(curve, *belt_speed, || energy_balance(column), bounds)
-}
-
-/// About eps c* by the balance of energy on the grazing circle, to first order in the weakening rate, with what the drop
-/// supplies (theory, "Breakaway").
-fn energy_balance(column: &Column) -> f64 {
-    let Column { curve, belt_speed, .. } = column;
-    let mean = curve.rough_mean_weakening(*belt_speed);
-    let drop = of_drop(curve.drop() / belt_speed);
-    // A law that falls steeply acts as one that drops. Where neither is small the cube root of the sum of cubes is next to
-    // c*, found by trial.
-    let steep = of_drop((1.0 - curve.phi(*belt_speed)) / belt_speed) - drop;
-    let larger = mean.abs().max(steep.abs()).max(f64::MIN_POSITIVE);
-    drop + larger * ((mean / larger).powi(3) + (steep / larger).powi(3)).cbrt()
-}
-
-/// About eps c* of friction that drops by j = `drop` V to a constant: from (V, -j) to (V, 0) v^2 + C v w + w^2 falls by the
-/// factor exp(-C t), and the tangent of the phase is -(w + C v/2) / (omega v), omega^2 = 1 - C^2/4. At most 1.9: an orbit
-/// that is damped critically, at C = 2, does not return.
-fn of_drop(drop: f64) -> f64 {
-    let next = |c: f64| {
-        let omega = (1.0 - 0.25 * c * c).sqrt();
-        let phase = TAU - (0.5 * c / omega).atan() - ((drop - 0.5 * c) / omega).atan();
-        ((drop * (drop - c)).ln_1p() * omega / phase).min(1.9)
-    };
-    // Half of each change: whole ones swing about the solution where the drop is large.
-    (0..3).fold(next(0.0), |c, _| 0.5 * (c + next(c)))
+    columns.iter().zip(grazing_dampings(&belts, tolerance)).map(answer).collect()
 }
 
 /// The critical damping of one column, see [`critical_dampings`].
@@ -218,31 +145,6 @@ pub fn sticks_from(column: &Column, [low, high]: [f64; 2], halvings: u32, tolera
     SticksFrom { between: [crossing, sticking], failure }
 }
 
-/// Two dampings around c*, by the even part of the divergence (theory, "The tests"), widened a little. With a
-/// drop c* may be larger: D <= -2 at all slip speeds that the orbit can reach excludes a return.
-fn bounds(column: &Column) -> [f64; 2] {
-    let mut range = column.curve.even_weakening_range(column.belt_speed);
-    let drop = column.curve.drop();
-    if drop > 0.0 {
-        let fastest = column.belt_speed + column.belt_speed.hypot(drop);
-        range.hi = column.curve.weakening_range(0.0, fastest).hi + 2.0;
-    }
-    let width = (range.hi - range.lo).abs() / column.epsilon;
-    let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
-    [range.lo / column.epsilon - pad, range.hi / column.epsilon + pad]
-}
-
-/// Two dampings between which c* is sought: [`bounds`], or where nothing proves any, such as of laws given as
-/// functions, some that lie far around the balance of energy.
-fn search_bounds(column: &Column) -> [f64; 2] {
-    let [low, high] = bounds(column);
-    let far = |sign: f64| {
-        let balance = energy_balance(column);
-        (balance + sign * WIDE * (1.0 + balance.abs())) / column.epsilon
-    };
-    [if low.is_finite() { low } else { far(-1.0) }, if high.is_finite() { high } else { far(1.0) }]
-}
-
 /// Number of bisections that locate the damping from which orbits stick to 10^-12 of a range.
 pub const HALVINGS: u32 = 40;
 
@@ -250,19 +152,6 @@ pub const HALVINGS: u32 = 40;
 mod tests {
     use super::*;
     use slipmap_model::friction::{Expression, Law, Table};
-
-    /// Friction that drops to a constant: the search begins next to c*, of which phi(V) as rounded tells nothing more.
-    #[test]
-    fn the_balance_of_a_drop_is_next_to_its_critical_damping() {
-        for drop in (1..100).map(|percent| f64::from(percent) / 100.0) {
-            for belt_speed in [0.01, 0.1, 0.3, 1.0, 3.0] {
-                let point = Law::Coulomb.point(1.0, &[drop, 0.0], belt_speed, 0.0).unwrap();
-                let column = Law::Coulomb.column(&point);
-                let (balance, found) = (energy_balance(&column), critical_damping(&column, 1e-9).unwrap());
-                assert!((balance / found.c - 1.0).abs() < 0.05, "{drop} {belt_speed}: {balance} {found:?}");
-            }
-        }
-    }
 
     /// A first row next to rest makes the bounds of the search wide, and the rows end where orbits of lower damping leave
     /// them but the grazing orbit does not: rows beyond change the last piece alone.

@@ -18,7 +18,7 @@ use slipmap_numbers::roots::fixed_point;
 use slipmap_orbits::Cycle;
 use slipmap_orbits::arc::{Extent, LowerEnd, State, Walk};
 use slipmap_orbits::far_loops::FarLoops;
-use slipmap_orbits::return_map::fate_and_extent;
+use slipmap_orbits::fate_and_extent;
 use slipmap_orbits::work::Work;
 
 /// Number of values of y per factor of ten at which the sign of y' - y is computed first.

@@ -439,20 +439,22 @@ impl Ray {
             // Stop if the budget is spent.
             self.spend(0)?;
             let (column, damping) = (self.column(epsilon)?, self.point.damping);
-            if method == Method::validated() {
-                return match column.curve.stribeck() {
+            match method {
+                Method::Test(_) if method == Method::validated() => match column.curve.stribeck() {
                     Some(_) => Ok(validated::decide(&column, damping).into()),
                     // For other laws each eps would need a proof of its own.
                     None => Err(Unknown::GivenUp),
-                };
+                },
+                Method::Test(test) => Ok(test.claim(&column).decide(damping).into()),
+                Method::Naive(naive, knobs) => {
+                    let oscillator = Oscillator::in_column(&column, damping);
+                    let answer = naive.decide(&oscillator, &knobs);
+                    self.spend(answer.rhs * oscillator.curve.cost())?;
+                    Ok(Verdict::from(answer.verdict))
+                }
+                // The direct engine is the judge of the other, and no part of a search.
+                Method::Simulation | Method::Direct => Err(Unknown::GivenUp),
             }
-            if let Method::Naive(naive, knobs) = method {
-                let oscillator = Oscillator::in_column(&column, damping);
-                let answer = naive.decide(&oscillator, &knobs);
-                self.spend(answer.rhs * oscillator.curve.cost())?;
-                return Ok(Verdict::from(answer.verdict));
-            }
-            Ok(method.decide(&column, damping, self.tolerance))
         };
         // An undecided flow is not compared.
         let differ = |(verdict, truth): (Verdict, Verdict)| truth.is_decision() && verdict != truth;

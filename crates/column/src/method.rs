@@ -2,11 +2,8 @@
 
 use std::borrow::Cow;
 
-use super::Verdict;
 use slipmap_certify::{Guarantee, TESTS, Test, validated};
-use slipmap_model::filippov::Oscillator;
-use slipmap_model::friction::{Column, Law};
-use slipmap_orbits::flow;
+use slipmap_model::friction::Law;
 use slipmap_orbits::naive::{NaiveKnobs, NaiveMethod};
 
 /// One method of a map.
@@ -14,8 +11,10 @@ use slipmap_orbits::naive::{NaiveKnobs, NaiveMethod};
 pub enum Method {
     /// A closed-form test.
     Test(&'static Test),
-    /// The simulated Filippov flow.
+    /// The simulated Filippov flow: cells by comparison with critical dampings.
     Simulation,
+    /// The direct engine: every cell integrated in position and velocity.
+    Direct,
     /// A common simulation method, included to be measured.
     Naive(NaiveMethod, NaiveKnobs),
 }
@@ -30,7 +29,7 @@ impl Method {
     /// Every method, in the order of maps and tables; naive ones with their default parameters.
     pub fn all() -> impl Iterator<Item = Method> {
         let naive = NaiveMethod::ALL.map(|method| Method::Naive(method, NaiveKnobs::default()));
-        Self::usual().chain([Self::validated()]).chain(naive)
+        Self::usual().chain([Self::validated(), Method::Direct]).chain(naive)
     }
 
     /// The computer-assisted proofs.
@@ -53,19 +52,8 @@ impl Method {
     #[must_use]
     pub fn with_knobs(self, knobs: NaiveKnobs) -> Method {
         match self {
-            Method::Test(_) | Method::Simulation => self,
+            Method::Test(_) | Method::Simulation | Method::Direct => self,
             Method::Naive(naive, _) => Method::Naive(naive, knobs),
-        }
-    }
-
-    /// The verdict at damping `c` of a column; `tolerance` is that of the simulation.
-    #[must_use]
-    pub fn decide(&self, column: &Column, c: f64, tolerance: f64) -> Verdict {
-        let oscillator = Oscillator::in_column(column, c);
-        match self {
-            Method::Test(test) => test.claim(column).decide(c).into(),
-            Method::Simulation => Verdict::from(&flow(&oscillator, tolerance).fate),
-            Method::Naive(naive, knobs) => naive.decide(&oscillator, knobs).verdict.into(),
         }
     }
 
@@ -75,6 +63,7 @@ impl Method {
         match self {
             Method::Test(test) => test.name,
             Method::Simulation => "simulation",
+            Method::Direct => "direct",
             Method::Naive(naive, _) => naive.name(),
         }
     }
@@ -85,6 +74,7 @@ impl Method {
         match self {
             Method::Test(test) => test.long_name,
             Method::Simulation => "simulated Filippov flow from the exit point",
+            Method::Direct => "simulated Filippov flow, integrated in every cell",
             Method::Naive(naive, _) => naive.long_name(),
         }
     }
@@ -94,7 +84,9 @@ impl Method {
     pub fn equation(&self) -> &'static str {
         match self {
             Method::Test(test) => test.equation,
-            Method::Simulation => "paper, Proposition 1: the orbit from the exit point sticks again",
+            Method::Simulation | Method::Direct => {
+                "paper, Proposition 1: the orbit from the exit point sticks again"
+            }
             Method::Naive(naive, _) => naive.equation(),
         }
     }
@@ -114,7 +106,7 @@ impl Method {
     pub fn guarantee(&self) -> Guarantee {
         match self {
             Method::Test(test) => test.guarantee,
-            Method::Simulation => Guarantee::Numerical,
+            Method::Simulation | Method::Direct => Guarantee::Numerical,
             Method::Naive(..) => Guarantee::None,
         }
     }

@@ -33,8 +33,8 @@ use slipmap_certify::validated;
 use slipmap_column::{DEFAULT_TOLERANCE, Method, TOLERANCES};
 use slipmap_machine::risk::Uncertain;
 use slipmap_map::{
-    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, Engine, Field, Grid, GridError,
-    MOST_AUDIT_CELLS, Plan, Shown,
+    DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, Field, Grid, GridError, MOST_AUDIT_CELLS,
+    Plan, Shown,
 };
 use slipmap_model::friction::Law;
 use slipmap_orbits::naive::NaiveKnobs;
@@ -135,8 +135,6 @@ impl Job {
         let methods = methods.into_iter().map(|method| method.with_knobs(knobs)).collect::<Vec<_>>();
 
         let simulation = root.section("simulation")?;
-        let engines = Engine::ALL.map(|engine| (engine.name(), engine));
-        let engine = simulation.get_or("engine", Engine::Auto, |node| choice(node, &engines, "engine"))?;
         let tolerance = simulation.get_or("tolerance", DEFAULT_TOLERANCE, tolerance)?;
 
         // A grid with fewer cells is audited completely.
@@ -183,7 +181,6 @@ impl Job {
         let plan = Plan::builder(grid)
             .methods(methods)
             .fields(fields)
-            .engine(engine)
             .tolerance(tolerance)
             .audit_cells(audit_cells)
             .proof_boxes(proof_boxes)
@@ -236,7 +233,7 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
         }
         "machine" => machine::known_keys(law),
         "methods" => vec!["run"],
-        "simulation" => vec!["engine", "tolerance"],
+        "simulation" => vec!["tolerance"],
         "naive" => NAIVE_KEYS.to_vec(),
         "validated" => vec!["boxes", "proof"],
         "curves" => curves::KEYS.to_vec(),

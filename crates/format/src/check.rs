@@ -176,7 +176,7 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
     if map.text("config_sha256") != Some(attributes::fingerprint(config).as_str()) {
         attribute("config_sha256", "is not the fingerprint of the attribute config");
     }
-    for name in ["source", "history", "references", "crate_version", "git", "machine", "engine"] {
+    for name in ["source", "history", "references", "crate_version", "git", "machine"] {
         if map.text(name).is_none() {
             attribute(name, "is missing");
         }

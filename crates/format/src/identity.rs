@@ -13,7 +13,7 @@ use super::reader::MapFile;
 
 /// Attributes that are compared to explain why two fingerprints of plans differ, in the order in which
 /// differences are shown.
-const SHOWN: [&str; 12] = [
+const SHOWN: [&str; 11] = [
     "config",
     "crate_version",
     "git",
@@ -22,7 +22,6 @@ const SHOWN: [&str; 12] = [
     "law_definition",
     "methods",
     "fields",
-    "engine",
     "tolerance",
     "tile_shape",
     "compression",

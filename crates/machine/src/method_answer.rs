@@ -13,9 +13,8 @@ pub struct MethodAnswer {
     pub method: Method,
     /// Its verdict.
     pub verdict: Verdict,
-    /// The margin as in a map: for a test the signed distance in c to the edge of presence, -infinity where
-    /// the test claims no presence; for the simulation the scaled grazing margin m / V, NaN where the flow
-    /// has none.
+    /// The margin as in a map: the signed distance in c to the edge of presence, -infinity where a test claims
+    /// no presence, NaN where the method has no edge.
     pub margin: f64,
     /// The edge of presence; `None` where the method has none at c >= 0, or none that is known to 1 %.
     pub critical_c: Option<f64>,

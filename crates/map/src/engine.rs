@@ -14,14 +14,13 @@ use super::interpolation::Interpolated;
 use super::proved::Proved;
 use super::quantity::describe;
 use super::shard::Shard;
-use super::simulation::{Simulated, simulate};
+use super::simulation::{Simulated, Wanted, simulate};
 use super::{Field, MethodCells, Plan, PlaneCurves, Runs, Sink, Tile, TileData};
 use crate::clock::timed;
 use slipmap_certify::{Claim, Columns, Dampings};
 use slipmap_column::{End, Method, Regime, Verdict};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
-use slipmap_orbits::return_map::{flow_after_turn, is_resolved};
 
 /// The number of threads, the callbacks and the interruption of a computation.
 pub struct Control<'a> {
@@ -228,7 +227,6 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
     account.stages.columns = taken;
     let columns = Columns::new(&all);
     let cs = &plan.grid.dampings()[tile.damping_range()];
-    let axes = plan.grid.coordinates_of(tile);
     let mut methods = Vec::with_capacity(plan.methods.len());
     let mut simulated = None;
     let needs_flow =
@@ -242,12 +240,18 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
         let (cells, taken) = timed(|| match method {
             Method::Test(test) => closed_form(plan, method, &test.claims(&columns), cs),
             Method::Simulation => {
-                let (cells, ends) = simulation(plan, method, &columns, &axes, cs, &known);
+                let (cells, ends) = simulation(plan, method, &columns, cs, &known);
                 simulated = Some(ends);
                 cells
             }
-            Method::Naive(..) => {
-                let decide = |column: &Column, c: f64| method.decide(column, c, plan.tolerance);
+            Method::Direct | Method::Naive(..) => {
+                let decide = |column: &Column, c: f64| {
+                    let oscillator = Oscillator::in_column(column, c);
+                    match method {
+                        Method::Naive(naive, knobs) => naive.decide(&oscillator, &knobs).verdict.into(),
+                        _ => (&slipmap_witness::decisive_flow(&oscillator, plan.tolerance).fate).into(),
+                    }
+                };
                 let verdicts =
                     columns.iter().flat_map(|column| cs.iter().map(move |&c| decide(column, c))).collect();
                 // These methods have neither margins nor critical dampings.
@@ -278,8 +282,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
         let (simulated, taken) = timed(|| {
-            simulated
-                .unwrap_or_else(|| simulate(&columns, &axes, cs, plan.engine, plan.tolerance, false, &known))
+            simulated.unwrap_or_else(|| simulate(&columns, cs, plan.tolerance, Wanted::None, &known))
         });
         account.stages.fields += taken;
         let (described, taken) = timed(|| describe(plan, tile, &columns, &simulated.ends, &known));
@@ -322,29 +325,23 @@ fn simulation(
     plan: &Plan,
     method: Method,
     columns: &Columns,
-    axes: &[Vec<f64>],
     cs: &[f64],
     known: &Interpolated,
 ) -> (MethodCells, Simulated) {
     let want_critical = plan.stores(Field::CriticalC);
-    let mut simulated = simulate(columns, axes, cs, plan.engine, plan.tolerance, want_critical, known);
+    let wanted = match (plan.stores(Field::Margin), want_critical) {
+        (true, _) => Wanted::All,
+        (false, true) => Wanted::Legal,
+        (false, false) => Wanted::None,
+    };
+    let simulated = simulate(columns, cs, plan.tolerance, wanted, known);
     let mut cells = MethodCells::new(method, simulated.ends.map(End::verdict));
     if plan.stores(Field::Margin) {
-        let found = match simulated.margins.take() {
-            Some(found) => found,
-            None => simulated.count_margins(columns, axes, cs, plan.tolerance),
-        };
-        let margin_of = |(cell, (&margin, &error)): (usize, (&f64, &f64))| {
-            if is_resolved(margin, error) {
-                return margin;
-            }
-            // As at a single point: by arcs, and -1 where the orbit tends to a node.
-            let oscillator = Oscillator::in_column(&columns[cell / cs.len()], cs[cell % cs.len()]);
-            let answer = flow_after_turn(&oscillator, margin, plan.tolerance);
-            simulated.rhs += answer.rhs;
-            answer.margin
-        };
-        cells.margins.extend(found.margins.iter().zip(&found.errors).enumerate().map(margin_of));
+        let edges = simulated
+            .critical
+            .iter()
+            .map(|critical| critical.and_then(|found| found.known().ok()).map_or(f64::NAN, |found| found.c));
+        cells.margins.extend(edges.flat_map(|edge| cs.iter().map(move |c| edge - c)));
     }
     if want_critical {
         for critical in &simulated.critical {

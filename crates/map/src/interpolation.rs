@@ -37,7 +37,6 @@ use slipmap_model::friction::Column;
 use slipmap_numbers::chebyshev::{self, Transform};
 use slipmap_numbers::random::Random;
 use slipmap_orbits::far_loops::FarLoops;
-use slipmap_orbits::margins::numbers_in;
 
 /// Tolerance of eps c* where no backbone is needed, in units of the weakening rate, and of the [`reach`].
 const TOLERANCE: f64 = 1e-6;
@@ -61,6 +60,13 @@ const CROSSES: f64 = 4.0 * STICKS * STICKS;
 const COUNTED: usize = 256;
 /// Distance from a boundary, in errors, within which a cell is undecided.
 const OPEN_WITHIN: f64 = 3.0;
+
+/// The numbers, row-major, of the columns in a box of a grid with these numbers of columns along its axes.
+fn numbers_in(ranges: &[Range<usize>], lengths: impl Iterator<Item = usize>) -> Vec<usize> {
+    ranges.iter().zip(lengths).fold(vec![0], |numbers, (range, length)| {
+        numbers.iter().flat_map(|start| range.clone().map(move |at| start * length + at)).collect()
+    })
+}
 
 /// The errors of a column's values, infinite where they are unknown.
 #[derive(Clone, Copy)]

@@ -35,7 +35,7 @@ pub use field::{Field, Quantity};
 pub use grid::unravel;
 pub use grid::{Axis, AxisRole, Grid, GridError, Shown, Tile};
 pub use plan::{DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, MOST_AUDIT_CELLS};
-pub use plan::{Engine, Plan, PlanBuilder, PlanError};
+pub use plan::{Plan, PlanBuilder, PlanError};
 pub use pool::pool;
 pub use proved::{Proofs, boxes_to_try, prove};
 pub use quantity::Description;

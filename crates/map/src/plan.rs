@@ -4,26 +4,10 @@ use super::{Axis, AxisRole, Field, Grid, Plane, Quantity, tiles};
 use slipmap_certify::validated;
 use slipmap_column::{DEFAULT_TOLERANCE, Method, TOLERANCES, limits};
 use slipmap_model::friction::Column;
-use slipmap_numbers::named;
 use slipmap_orbits::QUESTION;
 
 /// Largest number of dampings for which columns are interpolated: with more, each column serves many cells.
 const MOST_DAMPINGS_INTERPOLATED: usize = 2;
-
-named! {
-    /// The engine of the method `simulation`, with its name in configurations.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Engine {
-        /// Every cell by the cheapest path whose error bound decides it.
-        Auto => "auto",
-        /// One critical damping per column, cells by comparison.
-        CriticalSurface => "critical_surface",
-        /// Every cell by the scalar return map.
-        ReturnMap => "return_map",
-        /// Every cell by integration in (x1, x2).
-        Direct => "direct",
-    }
-}
 
 /// The validated description of a map to be computed; [`Plan::builder`] makes it.
 #[derive(Clone, Debug)]
@@ -34,8 +18,6 @@ pub struct Plan {
     pub methods: Vec<Method>,
     /// The fields, in the order of [`Field::ALL`]; [`Field::Verdict`] is always among them.
     pub fields: Vec<Field>,
-    /// The engine of the simulation.
-    pub engine: Engine,
     /// Tolerance of simulations.
     pub tolerance: f64,
     /// Number of cells that the witness decides again.
@@ -109,9 +91,7 @@ macro_rules! choices {
 
 impl PlanBuilder {
     choices! {
-        /// The engine of `simulation`. Default: [`Engine::Auto`].
-        engine: Engine,
-        /// Bound on the error of the scaled grazing margin m / V that the simulation aims at.
+        /// Bound on the error that the simulation aims at, see [`DEFAULT_TOLERANCE`].
         tolerance: f64,
         /// Number of cells that the direct engine decides again; a grid with fewer cells is audited
         /// completely.
@@ -190,10 +170,7 @@ impl PlanBuilder {
                 plan.grid.even_tile_shape(cells.max(tiles::LEAST_CELLS_INTERPOLATED))
             }
             None => {
-                let cells = match plan.interpolates_margins() {
-                    true => tiles::cells_interpolated(plan.grid.cells()),
-                    false => tiles::cells(plan.grid.cells(), plan.has_orbits()),
-                };
+                let cells = tiles::cells(plan.grid.cells(), plan.has_orbits());
                 // Columns that differ only in eps share their cycles unless the law contains eps, so one tile
                 // contains them.
                 let whole_columns = cells / plan.grid.dampings().len().max(1);
@@ -223,19 +200,18 @@ impl Plan {
     /// Returns whether every cell needs orbits of its own, so that columns cannot be labelled as a whole.
     fn has_orbits(&self) -> bool {
         let of_method = |method: &Method| match method {
-            Method::Naive(..) => true,
+            Method::Direct | Method::Naive(..) => true,
             Method::Test(_) => *method == Method::validated(),
-            Method::Simulation => matches!(self.engine, Engine::Direct | Engine::ReturnMap),
+            Method::Simulation => false,
         };
         let of_field = |field: &Field| !self.quantities_of(*field).is_empty();
         self.methods.iter().any(of_method) || self.fields.iter().any(of_field)
     }
 
-    /// Returns whether the simulation's answers may be interpolated between columns: with the engine `auto`,
-    /// few dampings, a law other than Stribeck's, and either backbones or no critical dampings to store.
+    /// Returns whether the simulation's answers may be interpolated between columns: with few dampings, a law
+    /// other than Stribeck's, and either backbones or no critical dampings and margins to store.
     pub fn interpolates(&self) -> bool {
         if !self.methods.contains(&Method::Simulation)
-            || self.engine != Engine::Auto
             || self.grid.dampings().len() > MOST_DAMPINGS_INTERPOLATED
             // What is interpolated takes C(V) for eps c*.
             || self.grid.law().may_drop()
@@ -244,7 +220,8 @@ impl Plan {
         }
         let column = self.grid.some_column();
         column.curve.stribeck().is_none()
-            && (self.interpolates_backbones(&column) || !self.stores(Field::CriticalC))
+            && (self.interpolates_backbones(&column)
+                || !self.stores(Field::CriticalC) && !self.stores(Field::Margin))
     }
 
     /// Returns whether backbones for the regime may be interpolated; corners would take too many nodes.
@@ -252,20 +229,6 @@ impl Plan {
         self.stores(Field::Regime)
             && curve.corners().is_empty()
             && !curve.has_one_slip_cycle_at_most(*belt_speed)
-    }
-
-    /// Returns whether the margins are the costliest part of a tile, and may be interpolated between cells.
-    fn interpolates_margins(&self) -> bool {
-        let has_margins = self.methods.contains(&Method::Simulation)
-            && (self.engine == Engine::ReturnMap || self.stores(Field::Margin));
-        let Column { curve, belt_speed, .. } = self.grid.some_column();
-        let has_others =
-            |method: &Method| matches!(method, Method::Naive(..)) || *method == Method::validated();
-        has_margins
-            && self.engine != Engine::Direct
-            && !self.methods.iter().any(has_others)
-            && self.quantities().is_empty()
-            && curve.is_analytic(belt_speed)
     }
 
     /// Whether the axes span a box of a law's parameters of which points between the nodes can be proved. Of a
@@ -282,7 +245,6 @@ impl Plan {
                 grid,
                 methods: Method::usual().collect(),
                 fields: Vec::new(),
-                engine: Engine::Auto,
                 tolerance: DEFAULT_TOLERANCE,
                 audit_cells: DEFAULT_AUDIT_CELLS,
                 proof_boxes: DEFAULT_PROOF_BOXES,

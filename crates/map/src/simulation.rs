@@ -7,8 +7,8 @@
 
 use std::ops::Range;
 
+use super::Runs;
 use super::interpolation::Interpolated;
-use super::{Engine, Runs};
 use slipmap_certify::{Claim, Columns, Dampings, Decision, landing};
 use slipmap_column::critical::critical_dampings;
 use slipmap_column::{CriticalDamping, End, NoCriticalDamping, Verdict};
@@ -17,8 +17,6 @@ use slipmap_model::friction::Column;
 use slipmap_numbers::named_sums;
 use slipmap_orbits::far_loops::FarLoops;
 use slipmap_orbits::flow;
-use slipmap_orbits::margins::{Margins, margins};
-use slipmap_orbits::return_map::{flow_after_turn, is_resolved};
 
 named_sums! {
     /// Number of cells that each path decided.
@@ -33,10 +31,8 @@ named_sums! {
         pub(crate) critical_surface,
         /// By the order of fates, between two simulated cells of the column with equal fates.
         pub(crate) order,
-        /// By their margin or their own orbit: the return map, or arcs where the map does not apply.
-        pub(crate) return_map,
-        /// By the direct engine, because the plan requests it.
-        pub(crate) direct,
+        /// By an orbit of their own.
+        pub(crate) orbit,
     }
 }
 
@@ -45,9 +41,7 @@ named_sums! {
 pub(super) struct Simulated {
     /// The end of each cell's orbit, column by column.
     pub(crate) ends: Runs<End>,
-    /// Margins of the cells, if the engine computed them.
-    pub(crate) margins: Option<Margins>,
-    /// Critical damping of each column, where it was requested or computed to label cells.
+    /// Critical damping of each column, where it was wanted or computed to label cells.
     pub(crate) critical: Vec<Option<CriticalDamping>>,
     /// Number of columns in whose search for a requested critical damping an engine gave no answer.
     pub(crate) without_critical: u64,
@@ -55,70 +49,41 @@ pub(super) struct Simulated {
     pub(crate) rhs: u64,
 }
 
-impl Simulated {
-    /// Computes the margins of all cells, and adds their work to `rhs`.
-    pub(super) fn count_margins(
-        &mut self,
-        columns: &[Column],
-        axes: &[Vec<f64>],
-        cs: &[f64],
-        tolerance: f64,
-    ) -> Margins {
-        let found = margins(columns, axes, cs, tolerance);
-        self.rhs += found.rhs.iter().map(|&rhs| u64::from(rhs)).sum::<u64>();
-        found
-    }
+/// Which critical dampings are wanted besides those that label cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// None.
+    None,
+    /// Those at legal dampings.
+    Legal,
+    /// Those of all columns.
+    All,
 }
 
 /// Decides the cells of `columns` at the dampings `cs`; `known` holds the answers for interpolated columns.
-/// `axes` are the coordinates of the grid that the columns form; empty if they form none.
 pub(super) fn simulate(
     columns: &Columns,
-    axes: &[Vec<f64>],
     cs: &[f64],
-    engine: Engine,
     tolerance: f64,
-    want_critical: bool,
+    wanted: Wanted,
     known: &Interpolated,
 ) -> Simulated {
     let mut done = Simulated { critical: vec![None; columns.len()], ..Simulated::default() };
-    match engine {
-        Engine::Direct => {
-            for column in columns.iter() {
-                for &c in cs {
-                    let answer = slipmap_witness::decisive_flow(&Oscillator::in_column(column, c), tolerance);
-                    done.rhs += answer.rhs;
-                    done.ends.push(End::of(&answer), 1);
-                }
-            }
-            done.paths.direct = done.ends.len() as u64;
-        }
-        Engine::ReturnMap => {
-            let found = done.count_margins(columns, axes, cs, tolerance);
-            let cells = cs.len().max(1);
-            let of_columns = found.margins.chunks(cells).zip(found.errors.chunks(cells));
-            for (column, (margins, errors)) in columns.iter().zip(of_columns) {
-                return_map_column(column, cs, [margins, errors], tolerance, &mut done);
-            }
-            done.margins = Some(found);
-        }
-        Engine::CriticalSurface | Engine::Auto => {
-            let first = if want_critical { tolerance } else { tolerance.max(ENOUGH_FOR_MOST) };
-            by_column(columns, cs, engine, [first, tolerance], known, &mut done);
-        }
-    }
-    if want_critical {
-        complete_critical(columns, tolerance, &mut done);
+    let first = if wanted == Wanted::None { tolerance.max(ENOUGH_FOR_MOST) } else { tolerance };
+    by_column(columns, cs, [first, tolerance, tolerance.min(FINEST)], known, &mut done);
+    if wanted != Wanted::None {
+        complete_critical(columns, tolerance, wanted, &mut done);
     }
     done
 }
 
 /// Computes the critical dampings that were not needed to label the cells.
-fn complete_critical(columns: &Columns, tolerance: f64, done: &mut Simulated) {
+fn complete_critical(columns: &Columns, tolerance: f64, wanted: Wanted, done: &mut Simulated) {
     let mut numbers = Vec::new();
     for (number, critical) in done.critical.iter().enumerate() {
         // Where the certificate excludes a cycle at every c >= 0 there is no critical damping.
-        if critical.is_some() || columns.symmetric(number).absent_above < 0.0 {
+        let is_legal = || wanted == Wanted::All || columns.symmetric(number).absent_above >= 0.0;
+        if critical.is_some() || !is_legal() {
             continue;
         }
         numbers.push(number);
@@ -137,8 +102,8 @@ fn complete_critical(columns: &Columns, tolerance: f64, done: &mut Simulated) {
 
 /// The verdicts of the method `simulation` on the cells of `columns` at the dampings `cs`, column by column.
 #[must_use]
-pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) -> Vec<Verdict> {
-    simulate(&Columns::new(columns), &[], cs, engine, tolerance, false, &Interpolated::none())
+pub fn decide(columns: &[Column], cs: &[f64], tolerance: f64) -> Vec<Verdict> {
+    simulate(&Columns::new(columns), cs, tolerance, Wanted::None, &Interpolated::none())
         .ends
         .values()
         .map(End::verdict)
@@ -147,45 +112,10 @@ pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) ->
 
 /// A tolerance of the critical damping that decides all cells of most columns.
 const ENOUGH_FOR_MOST: f64 = 1e-6;
-
-/// Decides every cell of a column by its margin, and by an orbit of its own where the margin leaves its sign
-/// or the landing undecided.
-fn return_map_column(
-    column: &Column,
-    cs: &[f64],
-    [margins, errors]: [&[f64]; 2],
-    tolerance: f64,
-    done: &mut Simulated,
-) {
-    let lands = certainly_lands(column);
-    for ((&c, &margin), &error) in cs.iter().zip(margins).zip(errors) {
-        let known = match is_resolved(margin, error) {
-            true if margin < -error => Some(End::Inward),
-            true if margin > error && lands(c, margin + error) => Some(End::Sticks),
-            _ => None,
-        };
-        let end = known.unwrap_or_else(|| {
-            let answer = flow_after_turn(&Oscillator::in_column(column, c), margin, tolerance);
-            done.rhs += answer.rhs;
-            End::of(&answer)
-        });
-        done.ends.push(end, 1);
-    }
-    done.paths.return_map += cs.len() as u64;
-}
-
-/// A function of c and the margin m > 0 that returns whether the orbit certainly lands on the stick segment.
-/// In the lower flow, continued beyond the landing, r grows while D > 0. So r <= V (1 + m) at the landing,
-/// and wL^2 = r^2 - V^2 bounds the landing speed. At negative slip speeds D is that of the continuation; it
-/// is at least D(0) if -phi' falls with the slip speed.
-fn certainly_lands(column: &Column) -> impl Fn(f64, f64) -> bool {
-    let (convex, at_rest) = (column.curve.weakening_is_convex(), column.curve.weakening(0.0));
-    let (epsilon, belt_speed) = (column.epsilon, column.belt_speed);
-    let fastest = 2.0 - column.curve.drop();
-    move |c, margin| {
-        convex && at_rest - epsilon * c > 0.0 && belt_speed * (margin * (2.0 + margin)).sqrt() < fastest
-    }
-}
+/// The tolerance that decides cells within the error of the requested one.
+const FINEST: f64 = 1e-13;
+/// Error of eps c* below which no orbit knows more.
+const SHARP: f64 = 1e-12;
 
 /// The method by which the cells of a column are labelled.
 enum Path {
@@ -197,14 +127,12 @@ enum Path {
     Root(Claim),
 }
 
-/// Labels whole columns: by interpolation where it decides every cell; for `auto` by certificate where that
-/// does; else by comparison with one root per column. A root's error is
+/// Labels whole columns: by interpolation where it decides every cell; by certificate where that does; else by comparison with one root per column. A root's error is
 /// about the first of the `tolerances`, or the second where a cell lies within the first error.
 fn by_column(
     columns: &Columns,
     cs: &[f64],
-    engine: Engine,
-    tolerances: [f64; 2],
+    tolerances: [f64; 3],
     known: &Interpolated,
     done: &mut Simulated,
 ) {
@@ -219,7 +147,7 @@ fn by_column(
         let decisions = dampings.decide(&claim);
         let is_decided =
             decisions.iter().all(|&(decision, cells)| decision != Decision::Undecided || cells == 0);
-        match engine == Engine::Auto && is_decided {
+        match is_decided {
             true => Path::Certificate(decisions),
             false => Path::Root(claim),
         }
@@ -253,25 +181,37 @@ fn by_column(
     }
 }
 
-/// The critical dampings of columns, to the first of the `tolerances`, or to the second where cells at the
-/// dampings `cs` lie within the error of the first.
+/// The critical dampings of columns, to the first of the `tolerances`, or to the next ones where cells at the
+/// dampings `cs` lie within the error.
 fn labelling_roots(
     columns: &[Column],
     cs: &[f64],
-    [first, second]: [f64; 2],
+    [first, finer @ ..]: [f64; 3],
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
     let mut roots = critical_dampings(columns, first);
-    if second < first {
-        let settles = |root: &CriticalDamping| near(root, cs).is_empty();
-        let open = (0..roots.len()).filter(|&number| !roots[number].as_ref().is_ok_and(settles));
-        let open: Vec<usize> = open.collect();
+    let mut last = first;
+    for tolerance in finer.into_iter().filter(|tolerance| *tolerance < first) {
+        let is_open = |number: &usize| match &roots[*number] {
+            Ok(root) => !near(root, cs).is_empty() && !is_sharp(root, &columns[*number]),
+            // It may be found with another tolerance, which is tried once.
+            Err(_) => last == first,
+        };
+        let open: Vec<usize> = (0..roots.len()).filter(is_open).collect();
         let again: Vec<Column> = open.iter().map(|&number| columns[number].clone()).collect();
-        for (number, root) in open.into_iter().zip(critical_dampings(&again, second)) {
-            let spent = roots[number].map_or(0, |root| root.rhs);
-            roots[number] = root.map(|root| CriticalDamping { rhs: root.rhs + spent, ..root });
+        for (number, root) in open.into_iter().zip(critical_dampings(&again, tolerance)) {
+            roots[number] = match (roots[number], root) {
+                (Ok(coarse), Ok(fine)) => Ok(CriticalDamping { rhs: coarse.rhs + fine.rhs, ..fine }),
+                (coarse, fine) => fine.or(coarse),
+            };
         }
+        last = tolerance;
     }
     roots
+}
+
+/// Whether an orbit would know no more than a critical damping.
+fn is_sharp(critical: &CriticalDamping, column: &Column) -> bool {
+    critical.error * column.epsilon <= SHARP
 }
 
 /// Those of the dampings `cs` that lie within the error of a critical damping: all, if the error is not a number.
@@ -291,7 +231,8 @@ fn column_by_root(
 ) -> u64 {
     done.rhs += critical.rhs;
     // Before `returning` orbits return, and stick or land beyond the stick segment; from `inward` on they
-    // spiral inward. Cells between are within the error of the boundary: each gets an orbit of its own.
+    // spiral inward. Cells between are within the error of the boundary: undecided where that is small, else each gets
+    // an orbit of its own.
     let Range { start: returning, end: inward } = near(&critical, cs);
     // A certificate that claims presence nowhere has not computed `sticks_from`.
     let sticks_from = match claim.present_below > 0.0 {
@@ -303,14 +244,16 @@ fn column_by_root(
     let sticking = if sticking > 0 && none_crosses_for_ever(column) { 0 } else { sticking };
     by_order(column, &cs[..sticking], tolerance, done);
     done.ends.push(End::Sticks, returning - sticking);
-    for &c in &cs[returning..inward] {
+    let followed = if is_sharp(&critical, column) { returning } else { inward };
+    for &c in &cs[returning..followed] {
         let answer = flow(&Oscillator::in_column(column, c), tolerance);
         done.rhs += answer.rhs;
         done.ends.push(End::of(&answer), 1);
     }
+    done.ends.push(End::TooClose, inward - followed);
     done.ends.push(End::Inward, cs.len() - inward);
-    done.paths.return_map += (inward - returning) as u64;
-    (returning - sticking + cs.len() - inward) as u64
+    done.paths.orbit += (followed - returning) as u64;
+    (returning - sticking + cs.len() - followed) as u64
 }
 
 /// Whether no orbit of a column crosses the belt line for ever, by the bounds of its friction (theory, "Any friction law").
@@ -326,7 +269,7 @@ fn by_order(column: &Column, cs: &[f64], tolerance: f64, done: &mut Simulated) {
     let mut orbit = |c: f64| {
         let answer = flow(&Oscillator::in_column(column, c), tolerance);
         done.rhs += answer.rhs;
-        done.paths.return_map += 1;
+        done.paths.orbit += 1;
         End::of(&answer)
     };
     let mut ends: Vec<Option<End>> = vec![None; cs.len()];

@@ -30,15 +30,6 @@ pub(super) fn cells(all: usize, orbits: bool) -> usize {
     (all / TILES).clamp(least, most(all))
 }
 
-/// Target for the number of tiles where margins are interpolated: few, since each tile has its own nodes, but
-/// enough for many cores.
-const TILES_INTERPOLATED: usize = 32;
-
-/// As [`cells`], where margins are interpolated from cell to cell.
-pub(super) fn cells_interpolated(all: usize) -> usize {
-    (all / TILES_INTERPOLATED).clamp(LEAST_TILE_CELLS_WITH_ORBITS, most(all))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,9 +50,6 @@ mod tests {
         }
         for (all, tile) in [(306, 16), (1 << 14, 64), (1 << 22, 1 << 14), (1_000_000_000, 1 << 16)] {
             assert_eq!(cells(all, true), tile, "{all} cells with orbits");
-        }
-        for (all, tile) in [(306, 16), (1 << 14, 512), (1 << 30, 1 << 16), (1_000_000_000_000, 953_674)] {
-            assert_eq!(cells_interpolated(all), tile, "{all} cells with interpolated margins");
         }
     }
 }

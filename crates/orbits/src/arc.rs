@@ -12,7 +12,8 @@
 //! the cross product d x f = (d x f at an earlier time) exp(growth since then). `spread` adds up the products
 //! of the local errors so. It gives the error of what follows from the orbit: where the orbit meets a line,
 //! the place on it is off by `spread` over the speed across the line. That is w at the belt line, and |v| at
-//! a turn. The local errors are estimates: those of the embedded method, and the rounding of the state.
+//! a turn. The local errors are estimates: those of the embedded method, and the rounding of the state; and what the law's
+//! form is off by, over the time of the step.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -122,6 +123,8 @@ pub struct Walk<'a> {
     direction: f64,
     /// The law's compiled polynomials, where they are faster and their error is below that of the orbit.
     weakening: Option<Arc<Weakening>>,
+    /// The error of the divergence.
+    form: f64,
     /// Slip speeds at which steps end, increasing.
     stops: Cow<'a, [f64]>,
     /// Local error allowed per unit of time.
@@ -179,9 +182,11 @@ impl<'a> Walk<'a> {
         let fastest = oscillator.belt_speed + v.hypot(w).max(oscillator.belt_speed).hypot(1.0);
         let reaches = [2.0 * fastest, 4.0 * oscillator.belt_speed].into_iter();
         // An error e of the divergence changes x2'' by e x2': e per unit of time, in units of x2'.
-        let is_accurate = |form: &Arc<Weakening>| form.error(0.0, form.reach()).bound() <= tolerance / TAU;
+        let error_of = |form: &Arc<Weakening>| form.error(0.0, form.reach()).bound();
+        let is_accurate = |form: &Arc<Weakening>| error_of(form) <= tolerance / TAU;
         let weakening =
             reaches.filter(|_| curve.cost() > 1).map(|reach| curve.compiled(reach)).find(is_accurate);
+        let form = weakening.as_ref().map_or(0.0, error_of) + curve.sampling_error();
         let origin = nearest_origin(v, oscillator.belt_speed);
         let mut walk = Self {
             oscillator,
@@ -190,6 +195,7 @@ impl<'a> Walk<'a> {
             layers: Layers::of(curve, oscillator.belt_speed, 4.0 * scale.max(oscillator.belt_speed).max(1.0)),
             direction: 1.0,
             weakening,
+            form,
             stops: curve.stops(scale.max(oscillator.belt_speed)),
             allowed: tolerance * scale / TAU,
             here: State { v, w, x: v - origin, ..State::default() },
@@ -301,7 +307,8 @@ impl<'a> Walk<'a> {
         let mut to =
             State { v, w, growth, time, x, divergence, spread: 0.0, local: error[0].hypot(error[1]) };
         let [of_v, of_w] = self.rounding(from, &to);
-        let local = [error[0] + of_v, error[1] + of_w];
+        let of_form = self.form * h * from.w.abs().max(w.abs());
+        let local = [error[0] + of_v, error[1] + of_w + of_form];
         let across = match self.oscillator.curve.corners().is_empty() {
             true => from.across(local).max(to.across(local)),
             // Next to a corner the estimates are too small, among 240 random laws by up to a half.

@@ -1,8 +1,7 @@
 //! The fate of the orbit from the exit point by arcs of the Liénard form: below the belt line, and where the
 //! orbit lands beyond the stick segment, above it.
 //!
-//! Orbits come here to which the return map does not apply, at nodes, and those of which it knows that they
-//! return, for their landing. Only these words are shared with the witness, which follows the same orbits in
+//! Next to grazing C* tells whether they return, see [`flow`](super::flow). Only these words are shared with the witness, which follows the same orbits in
 //! (x1, x2) and judges them in audits.
 //!
 //! **After the landing.** With the drop j the orbit leaves the exit point e with x2' = -j. It arrives with
@@ -23,16 +22,16 @@ use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::flow::{Failure, Fate, Flow, Landing};
 
 /// The smallest tolerance that takes effect: below it the rounding of states decides.
-const FINEST: f64 = 1e-14;
+pub(super) const FINEST: f64 = 1e-14;
 /// Factor of the tolerance from one attempt to the next.
 const FINER: f64 = 1e-2;
 /// Largest tolerance of an orbit to its landing: next to grazing the landing speed magnifies its errors.
-const LANDING: f64 = 1e-12;
+pub(super) const LANDING: f64 = 1e-12;
 /// Errors up to this, in belt speeds, count once; larger ones are not of first order, and count more.
 const SMALL: f64 = 1e-4;
 const NOT_SMALL: f64 = 8.0;
 /// Largest margin from which the landing speed follows, where the divergence at the belt line is small.
-const NEXT_TO_GRAZING: f64 = 1e-8;
+pub(super) const NEXT_TO_GRAZING: f64 = 1e-8;
 /// Largest error of a margin that is told for an orbit that lands, relative to the margin.
 const KNOWN: f64 = 0.01;
 /// Largest ratio of the changes of D at equal distances beyond the belt line and before it: that of a pole
@@ -90,11 +89,6 @@ fn visited(oscillator: &Oscillator, tolerance: f64, visit: &mut impl Visit) -> F
     Flow { fate, margin: margin[0], margin_error: margin[1], rhs: work.done() }
 }
 
-/// As [`flow`]; reduces the tolerance while the fate is within its error of a boundary.
-pub(super) fn decisive_flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    refined(tolerance, |tolerance| flow(oscillator, tolerance))
-}
-
 /// The fate of an orbit that returns, whose extent it finds; `None` next to grazing, where its margin has more digits, and where
 /// it does not return.
 pub(super) fn fate_away_from_grazing(
@@ -133,6 +127,7 @@ pub(super) fn fate_of_returning(oscillator: &Oscillator, margin: [f64; 2], toler
     (answer.fate, answer.rhs)
 }
 
+/// Reduces the tolerance while the fate is within its error of a boundary.
 fn refined(tolerance: f64, mut follow: impl FnMut(f64) -> Flow) -> Flow {
     let (mut tolerance, mut rhs) = (tolerance.min(LANDING), 0);
     loop {
@@ -364,7 +359,7 @@ mod tests {
                     // A turn magnifies errors by exp(pi D / omega), and the slope at the landing by V / w.
                     let most = 100.0 * tolerance.max(1e-13) * (belt_speed + up) * (1.0 + belt_speed / up);
                     assert!(found.error <= most * (d * PI / (1.0 - 0.25 * d * d).sqrt()).exp(), "{context}");
-                    let Flow { fate, .. } = decisive_flow(&oscillator, tolerance);
+                    let Flow { fate, .. } = crate::flow(&oscillator, tolerance);
                     let down = if up > JUMP { arc(d, belt_speed, up - JUMP) } else { 0.0 };
                     let from_exit = if up > JUMP { JUMP + down } else { up };
                     match fate {
@@ -396,10 +391,10 @@ mod tests {
         }
         // Nodes have no later maximum; a stiff one is given up.
         for d in [-2.0, -3.0, -1e3] {
-            let found = decisive_flow(&linear(d, 1.0), 1e-9);
+            let found = crate::flow(&linear(d, 1.0), 1e-9);
             assert_eq!((found.fate, found.margin), (Fate::SpiralsInward, -1.0), "{d}");
         }
-        assert_eq!(decisive_flow(&linear(0.0, 1.0), 1e-9).fate, Fate::TooCloseToCall);
+        assert_eq!(crate::flow(&linear(0.0, 1.0), 1e-9).fate, Fate::TooCloseToCall);
         assert_eq!(flow(&linear(1e7, 1.0), 1e-9).fate, Fate::Failed(Failure::StepBudget));
     }
 }

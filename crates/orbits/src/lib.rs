@@ -1,29 +1,24 @@
 //! Orbits followed and closed: the engines.
 //!
-//! [`return_map`] follows the orbit that leaves the belt at the exit point in the scalar form, in polar coordinates of
-//! (x2, x2'); where that does not apply, and from the belt line on, [`flow`] follows it by arcs of the Liénard form
-//! (`exit_orbit`). [`closing`] and [`quarters`] find the dampings at which orbits close.
+//! [`flow`] follows the orbit that leaves the belt at the exit point by arcs of the Liénard form (`exit_orbit`), next
+//! to grazing by comparison with C* of [`grazing`]. [`closing`] and [`quarters`] find the dampings at which orbits close.
 
 pub mod arc;
 mod circle;
 pub mod closing;
-mod collocation;
 pub mod dop853;
 pub mod elements;
 mod exit_orbit;
 pub mod far_loops;
-mod lower_set;
-pub mod margins;
+mod flow;
+pub mod grazing;
 pub mod naive;
 mod polar;
 pub mod quarters;
-pub mod return_map;
-mod stepping;
-mod turn;
 pub mod work;
 
+pub use flow::{fate_and_extent, flow};
 pub use polar::Closing;
-pub use return_map::flow;
 pub use work::QUESTION;
 
 use slipmap_model::friction::Range;

@@ -4,9 +4,6 @@
 //! ```text
 //! dr/dth = D r sin^2 th / (1 + D sin th cos th),    dt/dth = 1 / (1 + D sin th cos th),    D = D(V - v)
 //! ```
-//!
-//! The state is delta = r/V - 1, which is zero at the exit point: the margin m/V = delta(2 pi) then has a
-//! small *relative* error, which is what decides points next to grazing.
 
 use slipmap_model::point::ScaledGroups;
 use slipmap_numbers::Aligned;
@@ -22,26 +19,6 @@ pub struct Closing {
     pub rhs: u64,
     /// dC / d ln r, where it is known, and an estimate of its absolute error.
     pub slope: Option<[f64; 2]>,
-}
-
-/// The result of one turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Turn {
-    /// The orbit completed the turn.
-    Complete {
-        /// m / V.
-        margin: f64,
-        /// Estimate of the absolute error of the margin.
-        error: f64,
-        /// Number of evaluations of the right-hand side, failed attempts included.
-        rhs: u32,
-    },
-    /// The polar form does not apply (an overdamped node, or an orbit that runs far past the belt line), or
-    /// the finest step misses the tolerance.
-    HandOver {
-        /// Number of evaluations spent.
-        rhs: u32,
-    },
 }
 
 /// Number of orbits integrated together: two AVX2 registers or one AVX-512 register.
@@ -84,22 +61,10 @@ impl Lanes {
         Self { a: pick(|of| of.a), k: pick(|of| of.k), b2: pick(|of| 2.0 * of.b), c: pick(|of| of.c) }
     }
 
-    /// d delta / d theta of every lane.
+    /// d ln r / d theta of every lane, and its derivatives; that by ln r only with `GROWTH`.
     ///
     /// `room` accumulates the smallest distance of each lane from the border of the domain of the polar form;
     /// a lane whose room is not positive at the end (or whose state is not finite) is invalid.
-    #[inline(always)]
-    pub fn slope(&self, angle: Angle, delta: &Vector, room: &mut Vector) -> Vector {
-        let mut slope = Vector::default();
-        for lane in 0..LANES {
-            let r = 1.0 + delta[lane];
-            let terms = self.terms(lane, angle, r, &mut room[lane]);
-            slope[lane] = r * angle.sin_squared * terms.numerator / terms.turn;
-        }
-        slope
-    }
-
-    /// d ln r / d theta of every lane, and its derivatives; that by ln r only with `GROWTH`.
     #[inline(always)]
     pub fn log_slope<const GROWTH: bool>(&self, angle: Angle, r: &Vector, room: &mut Vector) -> LogSlope {
         let [mut slope, mut by_c, mut by_log_r] = [Vector::default(); 3];

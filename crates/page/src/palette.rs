@@ -20,7 +20,6 @@ pub fn method(name: &str) -> LineStyle {
         "harmonic_balance" => style(GREEN, 1.2, &[8.0, 2.0, 1.2, 2.0, 1.2, 2.0], Marker::Plus),
         "validated" => style(WINE, 1.2, &[1.2, 1.2, 4.0, 1.2], Marker::Square),
         "critical_surface" => style(GREEN, 1.0, &[], Marker::Diamond),
-        "return_map" => style(BLACK, 1.0, &[], Marker::Circle),
         "auto" => style(PURPLE, 1.0, &[], Marker::TriangleDown),
         "direct" => style(VERMILION, 1.0, &[], Marker::Square),
         "smoothed" => style(ORANGE, 1.0, &[3.0, 1.5], Marker::Plus),

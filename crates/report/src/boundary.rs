@@ -132,7 +132,7 @@ impl Boundaries {
                 Method::Test(_) if map.has(&variable) => Source::Stored(variable),
                 Method::Test(test) => Source::Claim(test),
                 // The exact boundary, and methods that give verdicts, not critical dampings.
-                Method::Simulation | Method::Naive(..) => continue,
+                Method::Simulation | Method::Direct | Method::Naive(..) => continue,
             };
             sources.push(source);
             let errors = vec![BoundaryError::default(); epsilons];

@@ -270,7 +270,11 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
         Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => examined.truth.crossing = 1,
     }
     for (number, method) in comparison.methods.iter().enumerate() {
-        let claimed = method.decide(&column, point.damping, tolerance);
+        let claimed = match method {
+            Method::Test(test) => test.claim(&column).decide(point.damping).into(),
+            Method::Naive(naive, knobs) => naive.decide(&oscillator, knobs).verdict.into(),
+            Method::Simulation | Method::Direct => truth,
+        };
         if let Some(kind) = Kind::of(claimed, truth) {
             let mechanism = mechanism::of(*method, &column, point.damping, kind, &first);
             examined.findings.push(Finding { method: number, kind, mechanism });

@@ -1,7 +1,7 @@
 //! The direct engine compared with exact solutions, identities of the theory and slow references.
 
 mod exact;
-mod oracle;
+pub mod oracle;
 mod orbits;
 mod references;
 

@@ -12,7 +12,7 @@ pub use slipmap_numbers::random::Random;
 pub type Follow = fn(&Oscillator, f64) -> Flow;
 
 /// Both engines, by name.
-pub const ENGINES: [(&str, Follow); 2] = [("return map", flow), ("direct", witness::flow)];
+pub const ENGINES: [(&str, Follow); 2] = [("arcs", flow), ("direct", witness::flow)];
 
 /// Whether the orbit from the exit point comes back to the belt line; `None` where its fate does not tell.
 pub fn returns(fate: &Fate) -> Option<bool> {

@@ -14,7 +14,7 @@ pub const JOB: &str = "\
 title = \"stopped and resumed, or shared\"
 [grid]
 epsilon = [0.05, 0.2]
-alpha = { from = 0.0, to = 0.8, points = 20 }
+alpha = { from = 0.0, to = 0.8, points = 80 }
 beta = [0.0, 0.2]
 gamma = { from = 0.5, to = 8.0, points = 8, spacing = \"log\" }
 V = [0.5, 2.0]

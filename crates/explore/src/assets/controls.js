@@ -25,7 +25,7 @@ export class Controls {
       group("Verdict of", catalogue.methods.map((name) => [`verdict_${name}`, words(name)])),
       group("Where it is wrong", catalogue.methods.filter((name) => name !== "simulation").map((name) => [`difference:${name}:simulation`, `${words(name)} against simulation`])),
       group("Two tests compared", [["difference:perturbation:bendixson", "perturbation, bendixson"], ["difference:bendixson:symmetric", "bendixson, symmetric"], ["difference:harmonic_balance:perturbation", "harmonic balance, perturbation"]]),
-      group("Numbers", [["critical_c_simulation", "critical damping"], ["margin_simulation", "grazing margin"], ...catalogue.quantities.map(({ name, words }) => [name, words])]),
+      group("Numbers", [["critical_c_simulation", "critical damping"], ["margin_simulation", "margin"], ...catalogue.quantities.map(({ name, words }) => [name, words])]),
     );
     this.show.addEventListener("change", () => {
       this.app.state.show = this.show.value;

@@ -188,7 +188,7 @@ function verdict_table({ methods, critical_c, machine }, units) {
     element("tr", { "data-method": name, title: method.equation },
       element("th", { scope: "row" }, name.replaceAll("_", " ")),
       element("td", {}, element("span", { class: `say ${method.verdict}` }, method.verdict)),
-      element("td", { class: "number" }, number(method.margin, name === "simulation" ? 1 : damping)),
+      element("td", { class: "number" }, number(method.margin, damping)),
       element("td", { class: "number" }, number(method.critical_c, damping))),
     element("tr", { class: "why" }, element("td", { class: "hint", colspan: "4" }, method.reason ?? `guarantee: ${method.guarantee.replaceAll("_", " ")}`)),
   ]);
@@ -196,7 +196,7 @@ function verdict_table({ methods, critical_c, machine }, units) {
   const margin = machine ? `${unit} of damping` : "c";
   return element("div", { class: "wide", tabindex: "0", role: "group", "aria-label": "verdicts" },
     element("table", { class: "verdicts" }, element("caption", {}, "Does a stick-slip limit cycle exist?"), element("thead", {}, head), element("tbody", {}, ...rows)),
-    element("p", { class: "hint" }, `Critical damping${machine ? "" : " c*"} = ${exact}. A margin is in ${margin} to the edge of presence, or m / V of the simulation.`));
+    element("p", { class: "hint" }, `Critical damping${machine ? "" : " c*"} = ${exact}. A margin is in ${margin} to the edge of presence.`));
 }
 
 // Derivatives of the critical damping; for a machine in per cent for one per cent of each quantity.

@@ -36,9 +36,9 @@ pub struct Answer {
     pub oscillator: Oscillator,
     /// One answer for each requested method.
     pub methods: Vec<MethodAnswer>,
-    /// The flow by the return map; too close to call where the direct engine contradicts it.
+    /// The flow by arcs and c*; too close to call where the direct engine contradicts it.
     pub flow: Flow,
-    /// The flow that the return map told.
+    /// The flow that these told.
     pub told: Flow,
     /// How two engines contradict each other, if they do.
     pub contradiction: Option<String>,
@@ -72,6 +72,7 @@ impl Answer {
             .map(|method| match method {
                 Method::Test(test) => of_test(method, &test.claim(&column), &column, point.damping),
                 Method::Simulation => of_simulation(law, point, &flow, &critical),
+                Method::Direct => of_direct(law, point, slipmap_witness::flow(&oscillator, tolerance).fate),
                 Method::Naive(naive, knobs) => {
                     of_naive(method, law, naive.decide(&oscillator, &knobs).verdict)
                 }
@@ -117,6 +118,8 @@ impl Answer {
         tolerance: f64,
         methods: impl Iterator<Item = Method>,
     ) -> (Self, Flow) {
+        // Its flow is told in full beside the methods.
+        let methods = methods.filter(|method| *method != Method::Direct);
         let mut answer = Self::of(law, point, tolerance, methods);
         let oscillator = answer.oscillator.clone();
         let witness = Witness::of(&oscillator, tolerance);
@@ -146,10 +149,7 @@ impl Answer {
         }
         let is_flow = told.is_decision() && opinion == Opinion::Contradicts;
         if is_flow {
-            said.insert(
-                0,
-                format!("by the return map the orbit from the exit point {}", words(&self.flow.fate)),
-            );
+            said.insert(0, format!("by its arcs the orbit from the exit point {}", words(&self.flow.fate)));
         }
         if said.is_empty() {
             return direct;
@@ -232,7 +232,8 @@ impl Answer {
     /// fifth of that.
     pub fn limits(&self, slow: bool) -> Vec<Limit> {
         let ray = Ray::new(&self.law, &self.point, self.tolerance);
-        let is_slow = |method| matches!(method, Method::Naive(..)) || method == Method::validated();
+        let is_slow =
+            |method| matches!(method, Method::Direct | Method::Naive(..)) || method == Method::validated();
         let limit = |method| match slow || !is_slow(method) {
             true => ray.limit(method),
             false => Limit::Unknown(slipmap_column::limits::Unknown::NotSought),
@@ -301,7 +302,7 @@ fn of_simulation(
     MethodAnswer {
         method: Method::Simulation,
         verdict: Verdict::from(&flow.fate),
-        margin: flow.margin,
+        margin: root.and_then(|root| root.known().ok()).map_or(f64::NAN, |root| root.c - point.damping),
         critical_c: root.and_then(|root| root.known().ok()).map(|root| root.c).filter(|c| *c >= 0.0),
         critical_c_error: root.filter(|root| root.c >= 0.0 || root.known().is_err()).map(|root| root.error),
         reason: match flow.fate {
@@ -353,6 +354,22 @@ fn beyond_data(law: &Law, point: &Point) -> Option<String> {
         short(table.fastest()),
         rounded(needed, 3)
     ))
+}
+
+/// The answer of the direct engine as a method.
+fn of_direct(law: &Law, point: &Point, fate: Fate) -> MethodAnswer {
+    MethodAnswer {
+        method: Method::Direct,
+        verdict: Verdict::from(&fate),
+        margin: f64::NAN,
+        critical_c: None,
+        critical_c_error: None,
+        reason: match fate {
+            Fate::TooCloseToCall => Some("its orbit is too close to call".into()),
+            Fate::Failed(failure) => Some(beyond_data_or(failure, law, point)),
+            Fate::Sticks(_) | Fate::SpiralsInward | Fate::CrossesForever => None,
+        },
+    }
 }
 
 fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {

@@ -55,7 +55,7 @@ impl Probe {
             point: answer.law.coordinates(&answer.point),
             tolerance: answer.tolerance,
             methods: methods.collect(),
-            flow: Flows { return_map: (&answer.told).into(), direct: direct.into() },
+            flow: Flows { arcs: (&answer.told).into(), direct: direct.into() },
             critical_c: (&answer.critical).into(),
             sensitivity: SensitivityResult::of(&answer.law, answer.sensitivity()),
             regime: answer.regime.name(),

@@ -56,7 +56,7 @@ pub struct Probe {
 pub(crate) struct MethodResult {
     /// "present", "absent", "undecided" or "failed".
     pub(crate) verdict: &'static str,
-    /// Signed distance in c to the edge of presence, -infinity where the method claims none, or m / V of the simulation;
+    /// Signed distance in c to the edge of presence, -infinity where the method claims none;
     /// NaN where there is none.
     #[serde(serialize_with = "with_infinities")]
     pub(crate) margin: f64,
@@ -81,7 +81,7 @@ pub(crate) struct MethodResult {
 /// The orbit from the exit point by both engines.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub(crate) struct Flows {
-    pub(crate) return_map: FlowResult,
+    pub(crate) arcs: FlowResult,
     /// By integration in (x1, x2).
     pub(crate) direct: FlowResult,
 }

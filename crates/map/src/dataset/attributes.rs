@@ -108,28 +108,18 @@ pub const PLAN: &str = "plan_sha256";
 /// Fingerprint of everything that a map depends on: the plan and the version of the program, built from the
 /// commit `git`.
 pub fn plan_digest(plan: &Plan, git: &str) -> String {
-    let Plan {
-        grid,
-        methods,
-        fields,
-        engine,
-        tolerance,
-        audit_cells,
-        proof_boxes,
-        planes,
-        tile_shape,
-        compression,
-    } = plan;
+    let Plan { grid, methods, fields, tolerance, audit_cells, proof_boxes, planes, tile_shape, compression } =
+        plan;
     let methods: Vec<String> = methods
         .iter()
         .map(|method| match method {
-            Method::Test(_) | Method::Simulation => method.name().to_owned(),
+            Method::Test(_) | Method::Simulation | Method::Direct => method.name().to_owned(),
             Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
         })
         .collect();
     // Rust's text of a number is parsed to the same number, so equal texts mean equal plans.
     fingerprint(&format!(
-        "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {proof_boxes} {planes:?} {tile_shape:?} {compression}",
+        "{} {} {grid:?} {methods:?} {fields:?} {tolerance:?} {audit_cells} {proof_boxes} {planes:?} {tile_shape:?} {compression}",
         env!("CARGO_PKG_VERSION"),
         git
     ))
@@ -145,7 +135,6 @@ pub fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
         ("law_definition", plan.grid.law().definition().into()),
         ("methods", words(plan.methods.iter().map(Method::name))),
         ("fields", words(plan.fields.iter().map(|field| field.name_for(machine.is_some())))),
-        ("engine", plan.engine.name().into()),
         ("tolerance", plan.tolerance.into()),
         ("tile_shape", Value::Integers(plan.tile_shape.iter().map(|&len| len as i64).collect())),
         ("compression", integer(plan.compression)),

@@ -2,21 +2,9 @@
 
 use std::ops::Range;
 
-use super::{Axis, Grid};
-use slipmap_numbers::spacing::{is_linear, is_logarithmic};
+use super::Grid;
 
 impl Grid {
-    /// The nodes of a tile along each axis other than c, as coordinates in which equal ratios are equal
-    /// steps: the logarithms of nodes that have equal ratios.
-    pub(crate) fn coordinates_of(&self, tile: &Tile) -> Vec<Vec<f64>> {
-        let of_axis = |(axis, range): (&Axis, &Range<usize>)| {
-            let values = &axis.values[range.clone()];
-            let is_logarithmic = values[0] > 0.0 && !is_linear(values) && is_logarithmic(values);
-            if is_logarithmic { values.iter().map(|value| value.ln()).collect() } else { values.to_vec() }
-        };
-        self.axes.iter().zip(&tile.ranges).take(tile.ranges.len() - 1).map(of_axis).collect()
-    }
-
     /// Shape of a tile of at most `target_cells` cells, which contains as many whole axes as fit, the fastest
     /// first. The chunks of the map file have the same shape, so that one tile fills one chunk.
     #[must_use]

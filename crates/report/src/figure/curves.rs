@@ -110,7 +110,7 @@ pub(super) fn by_method(
             let edges = solved.iter().map(|column| test.claim(column).edge().unwrap_or(f64::NAN));
             Some((method.name().into(), edges.collect()))
         }
-        Method::Simulation | Method::Naive(..) => None,
+        Method::Simulation | Method::Direct | Method::Naive(..) => None,
     });
     let mut curves: Boundaries = tests.collect();
     let [exact, mut errors] = [0, 1].map(|of| simulated.iter().map(|found| found[of]).collect::<Vec<f64>>());

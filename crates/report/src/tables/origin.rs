@@ -39,8 +39,7 @@ pub fn cost(map: &MapFile) -> Table {
     if !paths.is_empty() {
         let text = format!(
             "Cells that the simulation decided by each of its paths: {}. Certificate: a theorem. Critical surface, \
-             interpolation: the critical damping of the column, from its own search, or interpolated between columns. Order: between two cells of equal fate. Return map, direct: \
-             an orbit.",
+             interpolation: the critical damping of the column, from its own search, or interpolated between columns. Order: between two cells of equal fate. Orbit: its own.",
             paths.join(", ")
         );
         notes.push(Rich::foreign(&text));
@@ -55,7 +54,7 @@ pub fn cost(map: &MapFile) -> Table {
         notes.push(rich(&format!(
             "What the simulation owes to theorems: {theorem:.1} % of its verdicts are those of symmetric, so that to agree \
              with it is no evidence there; {compared:.1} % compare {{c}} with the critical damping of the column or stand between two of equal fate, which \
-             Theorem 1 allows. With --set simulation.engine=direct every cell is integrated."
+             Theorem 1 allows. The method direct integrates every cell."
         )));
     }
     let columns: [ColumnOf<Method>; 4] = [
@@ -176,7 +175,6 @@ pub fn provenance(map: &MapFile) -> Table {
         ("threads", "threads"),
         ("wall-clock seconds", "wall_seconds"),
         ("friction law", "law"),
-        ("engine", "engine"),
         ("tolerance", "tolerance"),
         ("fields", "fields"),
         ("configuration", "config_path"),

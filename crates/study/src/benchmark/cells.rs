@@ -10,7 +10,7 @@ use slipmap_model::filippov::Oscillator;
 use slipmap_model::flow::Fate;
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
-use slipmap_orbits::return_map;
+use slipmap_orbits::flow;
 
 /// A cell with its true answers.
 #[derive(Clone, Debug)]
@@ -75,7 +75,7 @@ fn cell(law: &Law, point: Point, critical: Option<f64>, near: bool) -> Option<Ce
     } else if value < 0.0 {
         Verdict::Absent
     } else {
-        match return_map::flow(&Oscillator::in_column(&column, point.damping), TOLERANCE).fate {
+        match flow(&Oscillator::in_column(&column, point.damping), TOLERANCE).fate {
             Fate::Sticks(_) => Verdict::Present,
             Fate::CrossesForever => Verdict::Absent,
             // A margin of 1e-15 is certain here but not for the engine; its orbit lands gently.

@@ -3,13 +3,10 @@
 use slipmap_certify::{TESTS, Test, validated::Enclosed};
 use slipmap_column::Verdict;
 use slipmap_column::critical::critical_dampings;
-use slipmap_map::Engine;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
-use slipmap_model::point::ScaledGroups;
 use slipmap_numbers::named;
 use slipmap_orbits::naive::{NaiveKnobs, NaiveMethod};
-use slipmap_orbits::return_map::{Turn, turns};
 
 use super::cells::Cell;
 
@@ -106,33 +103,6 @@ fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
         .collect()
 }
 
-fn return_map(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
-    let scaled = |cell: &Cell| {
-        let (column, damping) = (&cell.column, cell.point.damping);
-        Some(column.curve.stribeck()?.scaled(column.belt_speed, column.epsilon * damping))
-    };
-    let groups: Vec<ScaledGroups> = cells.iter().filter_map(scaled).collect();
-    if groups.len() < cells.len() {
-        // The vectorised engine is for the Stribeck law; other laws have no reference either.
-        return vec![Answer { verdict: Verdict::Failed, margin: None, critical: None }; cells.len()];
-    }
-    let turns = turns(&groups, tolerance);
-    turns
-        .iter()
-        .map(|turn| match *turn {
-            Turn::Complete { margin, error, .. } => {
-                let verdict = match () {
-                    () if margin > error => Verdict::Present,
-                    () if margin < -error => Verdict::Absent,
-                    () => Verdict::Undecided,
-                };
-                Answer { verdict, margin: Some(margin), critical: None }
-            }
-            Turn::HandOver { .. } => Answer { verdict: Verdict::Failed, margin: None, critical: None },
-        })
-        .collect()
-}
-
 fn direct(cell: &Cell, tolerance: f64) -> Answer {
     let flow = slipmap_witness::flow(&Oscillator::in_column(&cell.column, cell.point.damping), tolerance);
     let margin = Some(flow.margin).filter(|margin| margin.is_finite());
@@ -141,7 +111,7 @@ fn direct(cell: &Cell, tolerance: f64) -> Answer {
 
 fn auto(cell: &Cell, tolerance: f64) -> Answer {
     let columns = std::slice::from_ref(&cell.column);
-    let verdicts = slipmap_map::decide(columns, &[cell.point.damping], Engine::Auto, tolerance);
+    let verdicts = slipmap_map::decide(columns, &[cell.point.damping], tolerance);
     Answer { verdict: verdicts[0], margin: None, critical: None }
 }
 
@@ -162,7 +132,6 @@ pub fn contestants() -> Vec<Contestant> {
     all.push(fixed("validated", Kind::Engine, Solver::Each(validated), Output::CriticalDampings));
     let engines = [
         ("critical_surface", Solver::Batch(critical_surface), Output::CriticalDampings),
-        ("return_map", Solver::Batch(return_map), Output::Margins),
         ("auto", Solver::Each(auto), Output::Nothing),
         ("direct", Solver::Each(direct), Output::Margins),
     ];

@@ -89,7 +89,7 @@ pub(super) fn of(method: Method, column: &Column, c: f64, kind: Kind, fate: &Fat
     match method {
         Method::Test(test) if kind == Kind::Undecided => undecided(&test.claim(column), c),
         Method::Test(test) => of_test(test.name, column, c, kind, fate),
-        Method::Simulation => Mechanism::Unexplained,
+        Method::Simulation | Method::Direct => Mechanism::Unexplained,
         Method::Naive(naive, knobs) => {
             of_naive(naive, &knobs, &Oscillator::in_column(column, c), Verdict::from(fate))
         }

@@ -234,85 +234,6 @@ mod with_ode_solvers {
     }
 }
 
-#[cfg(feature = "own")]
-mod own {
-    use std::convert::Infallible;
-    use std::sync::{Mutex, PoisonError};
-
-    use cpu_time::ProcessTime;
-    use slipmap::friction::Law;
-    use slipmap::map::{Account, Control, Engine, Field, Grid, Plan, Sink, TileData, run};
-    use slipmap::column::Method;
-    use slipmap::point::ScaledGroups;
-    use slipmap::orbits::return_map::{Turn, turns as turn_all};
-
-    use super::{Answer, Cell, NO_ANSWER};
-
-    /// Margins by tile, and the number of evaluations in each tile.
-    #[derive(Default)]
-    struct Margins(Mutex<Vec<(usize, Vec<f64>, u64)>>);
-
-    impl Sink for Margins {
-        type Packed = (usize, Vec<f64>);
-        type Error = Infallible;
-
-        fn pack(&self, data: &TileData) -> Result<(usize, Vec<f64>), Infallible> {
-            Ok((data.tile.number, data.methods[0].margins.clone()))
-        }
-
-        fn write(&self, (number, margins): Self::Packed, account: &Account) -> Result<(), Infallible> {
-            self.0.lock().unwrap_or_else(PoisonError::into_inner).push((number, margins, account.rhs));
-            Ok(())
-        }
-    }
-
-    /// The margins of the map with these axes, row-major, and the seconds that it took. `None` if they are not legal,
-    /// or if its tiles, one after the other, are not in that order.
-    pub fn map(axes: &[Vec<f64>], tolerance: f64) -> Option<(f64, Vec<Answer>)> {
-        let grid = Grid::new(Law::Stribeck, axes.to_vec()).ok()?;
-        let plan = Plan::builder(grid)
-            .methods([Method::Simulation])
-            .fields([Field::Verdict, Field::Margin])
-            .engine(Engine::ReturnMap)
-            .tolerance(tolerance)
-            .audit_cells(0)
-            .build()
-            .ok()?;
-        let cut = plan.tile_shape.iter().zip(axes).rposition(|(&side, axis)| side < axis.len());
-        if plan.tile_shape[..cut.unwrap_or(0)].iter().any(|&side| side > 1) {
-            return None;
-        }
-        let sink = Margins::default();
-        let control = Control { threads: Some(1), ..Control::default() };
-        let start = ProcessTime::now();
-        run(&plan, &sink, &control).ok()?;
-        let seconds = start.elapsed().as_secs_f64();
-        let mut tiles = sink.0.into_inner().unwrap_or_else(PoisonError::into_inner);
-        tiles.sort_by_key(|(number, ..)| *number);
-        let cells = |(_, margins, rhs): (usize, Vec<f64>, u64)| {
-            // The first cell of a tile is given the work of all.
-            let rhs = std::iter::once(rhs).chain(std::iter::repeat(0));
-            margins.into_iter().zip(rhs).map(|(margin, rhs)| Answer { margin, rhs })
-        };
-        Some((seconds, tiles.into_iter().flat_map(cells).collect()))
-    }
-
-    pub fn turns(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
-        let scaled = |cell: &Cell| {
-            let super::Groups { a, k, b, c } = cell.groups();
-            ScaledGroups { a, k, b, c }
-        };
-        let groups: Vec<ScaledGroups> = cells.iter().map(scaled).collect();
-        turn_all(&groups, tolerance)
-            .into_iter()
-            .map(|turn| match turn {
-                Turn::Complete { margin, rhs, .. } => Answer { margin, rhs: u64::from(rhs) },
-                Turn::HandOver { .. } => NO_ANSWER,
-            })
-            .collect()
-    }
-}
-
 fn turns(peer: &str, cells: &[Cell], tolerance: f64) -> Option<Vec<Answer>> {
     let each = |turn: fn(&Cell, f64) -> Answer| cells.iter().map(|cell| turn(cell, tolerance)).collect();
     match peer {
@@ -320,8 +241,6 @@ fn turns(peer: &str, cells: &[Cell], tolerance: f64) -> Option<Vec<Answer>> {
         "differential-equations-scalar" => Some(each(with_differential_equations::scalar_turn)),
         "diffsol" => Some(with_diffsol::turns(cells, tolerance)),
         "ode_solvers" => Some(each(with_ode_solvers::turn)),
-        #[cfg(feature = "own")]
-        "own" => Some(own::turns(cells, tolerance)),
         _ => None,
     }
 }
@@ -342,20 +261,13 @@ fn run() -> Option<()> {
     let [peer, tolerance, path, repeats] = arguments.as_slice() else { return None };
     let tolerance = tolerance.parse().ok()?;
     let lines = read(path)?;
-    let cells: Option<Vec<Cell>> = lines.iter().map(|numbers| cell(numbers)).collect();
+    let cells: Vec<Cell> = lines.iter().map(|numbers| cell(numbers)).collect::<Option<_>>()?;
     let mut best = f64::INFINITY;
     let mut answers = Vec::new();
     for _ in 0..repeats.parse::<u32>().ok()?.max(1) {
-        let (seconds, found) = match peer.as_str() {
-            #[cfg(feature = "own")]
-            "own-map" => own::map(&lines, tolerance)?,
-            peer => {
-                let start = ProcessTime::now();
-                let found = turns(peer, cells.as_ref()?, tolerance)?;
-                (start.elapsed().as_secs_f64(), found)
-            }
-        };
-        (best, answers) = (best.min(seconds), found);
+        let start = ProcessTime::now();
+        answers = turns(peer, &cells, tolerance)?;
+        best = best.min(start.elapsed().as_secs_f64());
     }
     println!("{best}");
     for answer in answers {
