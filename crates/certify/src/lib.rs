@@ -48,6 +48,7 @@
 pub mod bendixson;
 pub mod bendixson_leading;
 pub mod certificate;
+pub mod curve;
 mod drop;
 mod enclosure;
 pub mod harmonic_balance;
