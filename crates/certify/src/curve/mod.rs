@@ -48,6 +48,7 @@ use super::certificate::list::List;
 use slipmap_model::friction::Column;
 
 pub use check::Fault;
+pub(crate) use column::claim;
 pub use column::{Proof, Stop, prove};
 
 /// Largest degree of a piece.

@@ -4,8 +4,8 @@ use std::cell::OnceCell;
 
 use super::result::BistableBand;
 use crate::behaviour::needed_slip_speed;
+use slipmap_certify::curve;
 use slipmap_certify::slip_count::{SlipCount, count_slip_cycles, proves_absence};
-use slipmap_certify::validated::any_law;
 use slipmap_certify::{Claim, Decision, Guarantee};
 use slipmap_column::crossing::{CrossingCycles, crossing_cycles, stick_slip_cycle};
 use slipmap_column::limits::{Limit, Ray};
@@ -267,14 +267,14 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
             let unknown = "the friction law is not known at all slip speeds up to 2 V";
             no_first_order.map(|why| why.to_string()).or_else(|| is_unknown().then(|| unknown.into()))
         }
-        Guarantee::Validated => any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()),
+        Guarantee::Validated => curve::prove(column).stop.map(|stop| stop.to_string()),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
             .then(|| "the friction law has no proved bounds at all slip speeds up to 2 V".into()),
         Guarantee::Numerical | Guarantee::None => None,
     }
 }
 
-/// The reason why a proof, of a law other than Stribeck's, claims less than there is, or a balance of energy leaves a band.
+/// The reason why a proof claims less than there is, or a balance of energy leaves a band.
 fn why_not_sharp(method: Method, claim: &Claim, column: &Column) -> Option<String> {
     if method.guarantee() == Guarantee::Asymptotic {
         // Its two edges differ by the error of the balance of energy.
@@ -282,8 +282,8 @@ fn why_not_sharp(method: Method, claim: &Claim, column: &Column) -> Option<Strin
         let told = |error| format!("the balance of energy is known to +- {} only", short(error));
         return (error > 0.0 && error.is_finite()).then(|| told(error));
     }
-    let is_of_any_law = method.guarantee() == Guarantee::Validated && column.curve.stribeck().is_none();
-    is_of_any_law.then(|| any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()))?
+    let is_proved = method.guarantee() == Guarantee::Validated;
+    is_proved.then(|| curve::prove(column).stop.map(|stop| stop.to_string()))?
 }
 
 /// The reason why a claim is undecided at damping `c`.
@@ -403,17 +403,17 @@ mod tests {
     use super::*;
     use slipmap_model::friction::{Expression, Table};
 
-    /// The proof of a steep fall behind a drop: what it does not decide has no margin of presence, and its reason.
+    /// Orbits pass the end of the data: what the proof does not decide has no margin of presence, and its reason.
     #[test]
     fn a_proof_that_decides_nothing_says_why() {
-        let law = Law::Exponential.with_drop();
-        let point = law.point(1.0, &[0.7, 0.05, 0.0, 0.2], 0.5, 0.05).unwrap();
+        let law = Law::Table(Table::new("short", &[(0.0, 1.0), (0.5, 0.8), (1.5, 0.7)], 1.0).unwrap());
+        let point = law.point(1.0, &[], 1.0, 0.05).unwrap();
         let validated = Method::Test(&slipmap_certify::validated::TEST);
         let answer = Answer::of(&law, &point, 1e-9, std::iter::once(validated));
         let MethodAnswer { verdict, margin, reason, .. } = &answer.methods[0];
         assert!(*verdict == Verdict::Undecided && !(*margin > 0.0), "{verdict:?} {margin}");
         let reason = reason.as_deref().unwrap();
-        assert!(reason.contains("the divergence is so large"), "{reason}");
+        assert!(reason.contains("what is known of the law ends"), "{reason}");
     }
 
     /// Of a law with more waves than pieces the balance of energy has no sign; of data that end there is none.
