@@ -7,7 +7,7 @@
 //! curve with the flow of that side only, or both are vertical, and S does not depend on w.
 
 use super::{Kind, MOST_DEGREE, OneWay};
-use slipmap_model::friction::{Column, ProvedPiece, Weakening};
+use slipmap_model::friction::{COUNT, Column, ProvedPiece, Range, Weakening};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real as _};
 use std::sync::Arc;
@@ -201,7 +201,8 @@ impl Field {
                 return Err(Cell::NoEnclosure(piece.ends[0].max(0.0)));
             }
             if number == MOST_TOGETHER {
-                is_proved = false;
+                // Next to rest a law may have a thousand pieces: its range is enough where that hardly changes.
+                is_proved = self.lowest_by_range(hull, [&u_middle, &y_middle], sign) > 0.0;
                 break;
             }
             let lowest = self.lowest(&piece, [&u_middle, &y_middle], sign);
@@ -243,6 +244,18 @@ impl Field {
         let off = error * Interval::of(wide_u.0[1].size()) * Interval::of(wide_y.0[0].size());
         let lowest = (Interval::of(sign) * s - off).lo;
         if lowest.is_nan() { f64::NEG_INFINITY } else { lowest }
+    }
+
+    /// The same where w lies in its range over the slip speeds of the cell.
+    fn lowest_by_range(&self, speeds: Interval, cell: [&Points; 2], sign: f64) -> f64 {
+        let Range { lo, hi } = self.law.range(speeds.lo, speeds.hi);
+        let (middle, half) = (0.5 * (lo + hi), (0.5 * (hi - lo)).next_up());
+        let mut c = [0.0; COUNT];
+        c[0] = middle;
+        // The middle is rounded by less than this.
+        let error = half + f64::EPSILON * middle.abs();
+        let piece = ProvedPiece { ends: [speeds.lo, speeds.hi], middle: 0.0, scale: 1.0, c: &c, error };
+        self.lowest(&piece, cell, sign)
     }
 
     /// The series of S.

@@ -7,7 +7,7 @@ use slipmap_model::friction::{Column, Range};
 use slipmap_numbers::interval::Interval;
 
 /// Distances of the curves that close from C*, in units of it, tried in this order.
-const MARGINS: [f64; 4] = [1e-8, 1e-6, 1e-4, 1e-2];
+const MARGINS: [f64; 5] = [1e-8, 1e-7, 1e-6, 1e-4, 1e-2];
 /// Least size of C* of which they are shares: C is the damping at a frequency of 1.
 const LEAST_SIZE: f64 = 1e-3;
 /// Shares of C* at which a landing is tried.
@@ -107,8 +107,7 @@ pub(crate) fn claim(column: &Column, curves: &[OneWay]) -> Claim {
             .map(|c| if c.hi > 0.0 { c.hi } else { 0.0 })
             .fold(f64::INFINITY, f64::min),
         present_below: at(Kind::Returns).map(|c| c.lo).fold(f64::NEG_INFINITY, f64::max),
-        // Absence holds at the damping of the curve itself.
-        absent_above: at(Kind::Absent).map(|c| c.hi.next_down()).fold(f64::INFINITY, f64::min),
+        absent_above: at(Kind::Absent).map(|c| c.hi).fold(f64::INFINITY, f64::min),
     }
 }
 
@@ -161,8 +160,7 @@ impl Proof {
         let mut stop = Stop::NotClosed;
         for margin in MARGINS {
             let off = if kind == Kind::Returns { -margin * size } else { margin * size };
-            // No damping is negative.
-            let viscous = (critical + off).max(0.0);
+            let viscous = critical + off;
             let found = finder.closed(kind, viscous, 0.5 * (viscous - critical).abs());
             match found.and_then(|curve| self.add(column, curve)) {
                 Ok(()) => return Ok(()),
@@ -236,6 +234,7 @@ mod tests {
             (brake(&dropping, &[0.8, 0.05, 0.0, 0.3], 0.5), Some(0.164_093)),
             (brake(&stretched, &[0.6, 1e-3, 0.0, 3.0], 0.5), Some(0.088_763)),
             (brake(&exponential, &[0.6, 5e-4, 0.0], 0.5), Some(0.083_870)),
+            (brake(&stretched, &[0.4, 0.1, 0.01, 1.5], 0.5), None),
             (brake(&jump, &[], 0.5), None),
             (brake(&table, &[], 0.5), None),
         ];

@@ -106,7 +106,9 @@ impl<'a> Turned<'a> {
             let Polynomial { middle, scale, c } = law.polynomial(law.piece_of(end.min(law.reach())));
             ((u - middle) * scale).polynomial(c)
         };
-        let w = if u < lo {
+        let w = if u <= 0.0 {
+            law.at(0.0)
+        } else if u < lo {
             beyond(lo)
         } else if u >= hi {
             beyond(hi.next_down())
