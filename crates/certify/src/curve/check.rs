@@ -136,6 +136,16 @@ pub(super) struct Field {
     rounding: f64,
 }
 
+/// What the roundings of a table's friction, in units of that at rest, change in its secants and slopes.
+fn of_differences(column: &Column) -> f64 {
+    let Some(table) = column.curve.table() else { return 0.0 };
+    let data: Vec<(f64, f64)> = table.data().collect();
+    let most = data.iter().map(|(_, friction)| friction.abs() / table.static_level()).fold(0.0, f64::max);
+    let narrowest = data.windows(2).map(|ends| ends[1].0 - ends[0].0).fold(f64::INFINITY, f64::min);
+    // Half a unit each; slopes are at most three times a secant, and the parabola between them three times as steep.
+    16.0 * f64::EPSILON * most / narrowest
+}
+
 /// The cells that a check may yet take.
 pub(super) struct Budget(pub(super) usize);
 
@@ -150,7 +160,7 @@ impl Field {
         let law = column.curve.compiled(super::reach(column));
         let sizes =
             law.proved_pieces(0.0, law.reach()).map(|piece| piece.c.iter().map(|c| c.abs()).sum::<f64>());
-        let rounding = (COEFFICIENTS * sizes.fold(0.0, f64::max)).next_up();
+        let rounding = (COEFFICIENTS * sizes.fold(0.0, f64::max) + of_differences(column)).next_up();
         let drop = column.curve.drop();
         let drop = if drop > 0.0 { Interval::ball(drop, DROP).at_least_zero() } else { Interval::ZERO };
         Self { law, belt_speed: column.belt_speed, viscous, drop, rounding }
