@@ -20,8 +20,10 @@
 //! of the slope (Buckland, Burnham and Augustin, Biometrics 53, 1997). Slopes, because they are what makes a machine vibrate.
 
 mod model;
+mod reduction;
 
 pub use model::{Form, Shape};
+pub use reduction::{Reduced, Rows, reduce};
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use model::FALL;
