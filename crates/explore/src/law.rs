@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
-use slipmap_config::{Level, Measured, OfMachine};
+use slipmap_config::{How, Kind, Level, Measured, OfMachine};
 use slipmap_machine::{Coefficients, Motion};
 use slipmap_model::friction::{Law, Table};
 
@@ -59,8 +59,12 @@ impl LawText {
             ("expression", None) => level.formula(&self.phi)?,
             ("table", None) => {
                 let file = if self.file.is_empty() { "table" } else { &self.file };
-                let table = Measured::of_bytes(file, self.table.as_bytes(), machine)
-                    .and_then(|read| read.table(level));
+                let table = Measured::of_bytes(
+                    file,
+                    self.table.as_bytes(),
+                    How { machine, kind: Some(Kind::Rows), ..How::default() },
+                )
+                .and_then(|read| read.table(level));
                 Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
             }
             (name, None) => {

@@ -70,6 +70,10 @@ pub struct Rows<'a> {
     pub errors: Option<&'a [f64]>,
     /// Of a record the number of the visit to which each row belongs, from 0 on, by time.
     pub visits: Option<&'a [usize]>,
+    /// Numbers of which an unknown multiple is part of the friction, and not of the curve.
+    pub aside: Option<&'a [f64]>,
+    /// The last slip speed of the curve.
+    pub last: f64,
 }
 
 /// The curve of the friction.
@@ -83,6 +87,8 @@ pub struct Reduced {
     pub covariance: DMatrix<f64>,
     /// Standard deviation of a reading; in units of its error where that is known.
     pub scatter: f64,
+    /// The multiple of what is put aside.
+    pub aside: f64,
 }
 
 /// Reduces readings at six slip speeds at least, all of which are finite.
@@ -99,6 +105,38 @@ pub fn reduce(rows: Rows) -> Reduced {
 }
 
 impl Reduced {
+    /// The curve, given that the friction at rest is `level` with this variance.
+    pub fn begin_at(&mut self, level: f64, variance: f64) {
+        let with_first = self.covariance.column(0) / (self.covariance[(0, 0)] + variance);
+        self.friction += &with_first * (level - self.friction[0]);
+        self.covariance -= &with_first * self.covariance.row(0).into_owned();
+    }
+
+    /// The mean of two curves at the same slip speeds.
+    pub fn mean(self, other: Self) -> Self {
+        Self {
+            friction: (self.friction + other.friction) * 0.5,
+            covariance: (self.covariance + other.covariance) * 0.25,
+            scatter: 0.5 * (self.scatter + other.scatter),
+            ..self
+        }
+    }
+
+    /// The standard errors of the friction.
+    pub fn errors(&self) -> Vec<f64> {
+        self.covariance.diagonal().iter().map(|variance| variance.max(0.0).sqrt()).collect()
+    }
+
+    /// The root of the covariance, a lower triangle, from the slip speed of number `from` on; `None` where it has none.
+    pub fn root(&self, from: usize) -> Option<DMatrix<f64>> {
+        let count = self.speeds.len() - from;
+        // An exact value has no variance: what rounding leaves of it is no error.
+        let least = f64::EPSILON * self.covariance.diagonal().max();
+        let part =
+            self.covariance.view((from, from), (count, count)) + DMatrix::identity(count, count) * least;
+        part.cholesky().map(|factor| factor.l())
+    }
+
     /// The curve at a slip speed: the cubic through the next four values.
     pub fn at(&self, speed: f64) -> f64 {
         let x = |u: f64| (u / self.speeds[1]).ln_1p();
@@ -116,8 +154,25 @@ impl Reduced {
     fn residuals(&self, rows: Rows) -> Vec<f64> {
         let unit = |i: usize| rows.errors.map_or(1.0, |errors| errors[i]);
         let pairs = rows.speeds.iter().zip(rows.friction).enumerate();
-        pairs.map(|(i, (speed, friction))| (friction - self.at(*speed)) / unit(i)).collect()
+        let aside = |i: usize| rows.aside.map_or(0.0, |aside| self.aside * aside[i]);
+        pairs.map(|(i, (speed, friction))| (friction - self.at(*speed) - aside(i)) / unit(i)).collect()
     }
+}
+
+/// The friction at which a phase of rest ends: that of a parabola through its samples, half a sample after the last one.
+pub fn breakaway(samples: &[f64]) -> f64 {
+    let n = samples.len() as f64;
+    let end = 0.5 * n;
+    // Orthogonal on evenly spaced samples.
+    let powers = |t: f64| [1.0, t, t * t - (n * n - 1.0) / 12.0];
+    let squares = [n, n * (n * n - 1.0) / 12.0, n * (n * n - 1.0) * (n * n - 4.0) / 180.0];
+    // Of three samples and fewer a parabola is all chance.
+    let terms = samples.len().saturating_sub(1).clamp(1, 3);
+    let product = |term: usize| {
+        let of = |(i, sample): (usize, &f64)| powers(i as f64 - 0.5 * (n - 1.0))[term] * sample;
+        samples.iter().enumerate().map(of).sum::<f64>()
+    };
+    (0..terms).map(|term| product(term) / squares[term] * powers(end)[term]).sum()
 }
 
 /// Evenly spaced numbers.
@@ -198,9 +253,10 @@ impl Basis {
         let of = |i: usize| {
             let unit = rows.errors.map_or(1.0, |errors| errors[i]);
             let (first, values) = self.at(rows.speeds[i]);
-            let mut row = [0.0; K + 1];
+            let mut row = [0.0; K + 2];
             row[first..first + 4].iter_mut().zip(values).for_each(|(to, value)| *to = value / unit);
             row[K] = rows.friction[i] / unit;
+            row[K + 1] = rows.aside.map_or(0.0, |aside| aside[i] / unit);
             row
         };
         (0..rows.speeds.len()).map(of).collect()
@@ -367,6 +423,13 @@ impl Grid {
     }
 }
 
+/// Sums of products for any multiple of what is put aside.
+fn without_aside(gram: Gram, log: f64) -> (Gram, f64) {
+    let aside = gram.column(K + 1).into_owned();
+    let square = aside[K + 1];
+    (gram - aside * aside.transpose() / square, log - 0.5 * square.ln())
+}
+
 fn posterior(rows: Rows, phi: &[f64], rhos: &[f64]) -> Reduced {
     let fastest = rows.speeds.iter().copied().fold(0.0, f64::max);
     let slowest = rows.speeds.iter().copied().fold(f64::INFINITY, f64::min).max(fastest / 3000.0);
@@ -383,13 +446,26 @@ fn posterior(rows: Rows, phi: &[f64], rhos: &[f64]) -> Reduced {
     for (i, basis) in bases.iter().enumerate() {
         let (filtered, visits) = filtered(basis.rows(rows), rows.visits, phi);
         let all = grams(&filtered, visits, rhos);
-        models
-            .extend(all.iter().filter_map(|(gram, log)| Model::new((i, basis), gram, *log, filtered.len())));
+        let freedom = filtered.len() - usize::from(rows.aside.is_some());
+        let all = all
+            .into_iter()
+            .map(|(gram, log)| if rows.aside.is_some() { without_aside(gram, log) } else { (gram, log) });
+        models.extend(all.filter_map(|(gram, log)| Model::new((i, basis), &gram, log, freedom)));
     }
     let range = [(0.5 * slowest).max(fastest / 1000.0).ln(), fastest.ln()];
     let grids = (0..SHAPES.len()).map(|shape| Grid { shape, logs: even(range[0], range[1], SPEEDS) });
     let grids = refined(&bases, &mut models, grids.collect(), &context);
-    mixture(&bases, &models, &grids, &context, fastest)
+    let mut found = mixture(&bases, &models, &grids, &context, rows.last);
+    if let Some(aside) = rows.aside {
+        let weights = |i: usize| aside[i] / rows.errors.map_or(1.0, |errors| errors[i]).powi(2);
+        let sums =
+            found.residuals(rows).into_iter().enumerate().fold([0.0; 2], |[over, under], (i, residual)| {
+                let unit = rows.errors.map_or(1.0, |errors| errors[i]);
+                [over + weights(i) * unit * residual, under + weights(i) * aside[i]]
+            });
+        found.aside = sums[0] / sums[1];
+    }
+    found
 }
 
 /// The grids of v, refined where the likelihood is not small; drops models for which it is.
@@ -437,10 +513,10 @@ fn refined(bases: &[Basis], models: &mut Vec<Model>, mut grids: Vec<Grid>, conte
 }
 
 /// The mean of all models, falls and penalties, and its covariance.
-fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context, fastest: f64) -> Reduced {
-    let scale = fastest / 30.0;
+fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context, last: f64) -> Reduced {
+    let scale = last / 30.0;
     let speeds: Vec<f64> =
-        even(0.0, (fastest / scale).ln_1p(), KNOTS).iter().map(|x| scale * x.exp_m1()).collect();
+        even(0.0, (last / scale).ln_1p(), KNOTS).iter().map(|x| scale * x.exp_m1()).collect();
     let mut all: Vec<(usize, usize, Vector, Weighed)> = Vec::new();
     for grid in grids {
         let falls = grid.falls(bases);
@@ -493,7 +569,7 @@ fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context,
         covariance.ger(*weight, &off, &off, 1.0);
     }
     (0..KNOTS).for_each(|i| covariance[(i, i)] += FLOOR * FLOOR * context.span);
-    Reduced { speeds, friction, covariance, scatter: variance.sqrt() }
+    Reduced { speeds, friction, covariance, scatter: variance.sqrt(), aside: 0.0 }
 }
 
 #[cfg(test)]

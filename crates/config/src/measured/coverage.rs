@@ -4,7 +4,7 @@
 //! an error of 0.5 to 5 %, and at random repeated, unsorted, in both directions, in mm/s and kN with decimal commas,
 //! with readings at rest or standard errors. The answers are those of the best fit, or of the curve through the rows.
 
-use super::{Measured, OfMachine};
+use super::{How, Measured, OfMachine};
 use crate::{MachineJob, load_machine};
 use rayon::prelude::*;
 use slipmap_column::critical::critical_damping;
@@ -49,7 +49,7 @@ struct Case {
 }
 
 /// The machine of a configuration with this friction, beside a file of readings; `None` where it is refused.
-fn job(friction: &str, [mass, belt_speed, damping]: [f64; 3], rig: &str) -> Option<MachineJob> {
+pub(super) fn job(friction: &str, [mass, belt_speed, damping]: [f64; 3], rig: &str) -> Option<MachineJob> {
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("machine.toml");
     let machine =
@@ -92,7 +92,12 @@ impl Case {
             As::Table => "[friction]\nlaw = \"table\"\nquantity = \"force\"\nfile = \"rig.csv\"".to_owned(),
             As::Fit => {
                 let of = OfMachine { motion: None, forces: Some(true) };
-                let measured = Measured::of_bytes("rig.csv", self.rig.as_bytes(), Some(of)).unwrap();
+                let measured = Measured::of_bytes(
+                    "rig.csv",
+                    self.rig.as_bytes(),
+                    How { machine: Some(of), ..How::default() },
+                )
+                .unwrap();
                 measured.to_toml(measured.fits(None).ok()?.chosen())
             }
         };

@@ -3,10 +3,10 @@
 use super::K;
 use nalgebra::SMatrix;
 
-/// A row: the splines and the friction.
-pub(super) type Row = [f64; K + 1];
+/// A row: the splines, the friction, and what is put aside.
+pub(super) type Row = [f64; K + 2];
 /// Sums of products of rows.
-pub(super) type Gram = SMatrix<f64, { K + 1 }, { K + 1 }>;
+pub(super) type Gram = SMatrix<f64, { K + 2 }, { K + 2 }>;
 
 /// Variances of the error common to a visit, in units of what a visit of mean length tells of it.
 const RATIOS: [f64; 7] = [0.3, 1.0, 4.0, 16.0, 64.0, 256.0, 2000.0];
@@ -47,7 +47,7 @@ pub(super) fn grams(rows: &[Row], visits: Option<&[usize]>, rhos: &[f64]) -> Vec
         if start > 0 {
             add(&mut lagged, first, &rows[start - 1], 1.0);
         }
-        let mut total = [0.0; K + 1];
+        let mut total = [0.0; K + 2];
         of.iter().for_each(|row| total.iter_mut().zip(row).for_each(|(sum, x)| *sum += x));
         parts.push((of.len() as f64, *first, *last, total));
         start += visit.len();

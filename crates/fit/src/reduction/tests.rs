@@ -44,8 +44,13 @@ fn case(name: &str) -> Case {
     }
 }
 
-fn of((speeds, friction, visits): &Case) -> Reduced {
-    reduce(Rows { speeds, friction, errors: None, visits: visits.as_deref() })
+fn rows((speeds, friction, visits): &Case) -> Rows<'_> {
+    let last = speeds.iter().copied().fold(0.0, f64::max);
+    Rows { speeds, friction, errors: None, visits: visits.as_deref(), aside: None, last }
+}
+
+fn of(case: &Case) -> Reduced {
+    reduce(rows(case))
 }
 
 /// Numbers of another program: those of scripts/evidence/reduction.py, which has another interpolant for the residuals.
@@ -83,13 +88,44 @@ fn the_order_of_rows_says_nothing() {
 /// Equal errors change nothing if readings scatter more than these, and are the scatter if they do less.
 #[test]
 fn readings_scatter_at_least_as_their_errors_say() {
-    let (speeds, friction, _) = case("table");
-    let with = |error: f64| {
-        reduce(Rows { speeds: &speeds, friction: &friction, errors: Some(&[error; 40]), visits: None })
-    };
-    let without = of(&(speeds.clone(), friction.clone(), None));
+    let case = case("table");
+    let with = |error: f64| reduce(Rows { errors: Some(&[error; 40]), ..rows(&case) });
+    let without = of(&case);
     let [small, large] = [1e-3, 1.0].map(with);
     let sd = |of: &Reduced| of.covariance[(12, 12)].sqrt();
     assert!((sd(&small) / sd(&without) - 1.0).abs() < 1e-6, "{} {}", sd(&small), sd(&without));
     assert!((large.scatter - 1.0).abs() < 1e-12 && sd(&large) > 3.0 * sd(&without), "{}", large.scatter);
+}
+
+/// The half of the difference of two directions is put aside: the curve is that of their mean.
+#[test]
+fn a_difference_of_directions_is_no_slope() {
+    let (speeds, friction, _) = case("sharp");
+    let sign = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let moved: Vec<f64> = friction.iter().enumerate().map(|(i, f)| f * (1.0 + 0.1 * sign(i))).collect();
+    let aside: Vec<f64> = friction.iter().enumerate().map(|(i, f)| f * sign(i)).collect();
+    let one = (speeds, friction, None);
+    let [mean, ignored] =
+        [Some(&aside[..]), None].map(|aside| reduce(Rows { friction: &moved, aside, ..rows(&one) }));
+    let of = |found: &Reduced| found.covariance[(12, 12)].sqrt();
+    assert!(
+        (mean.friction[12] - 6.080).abs() < 2.0 * of(&mean) && (mean.aside - 0.1).abs() < 1e-4,
+        "{mean:?}"
+    );
+    assert!(of(&ignored) > 20.0 * of(&mean));
+}
+
+/// A phase of rest ends half a sample after the last one; a value of the curve that is known changes the others.
+#[test]
+fn friction_at_rest_is_that_at_breakaway() {
+    let parabola: Vec<f64> = (0..9).map(|i| 3.0 + 2.0 * f64::from(i) - 0.1 * f64::from(i * i)).collect();
+    assert!((breakaway(&parabola) - (3.0 + 17.0 - 7.225)).abs() < 1e-12);
+    assert!((breakaway(&[1.0, 2.0, 3.0]) - 3.5).abs() < 1e-15 && breakaway(&[4.0]) == 4.0);
+    let mut curve = of(&case("table"));
+    let before = curve.covariance[(1, 1)];
+    curve.begin_at(27.0, 0.0);
+    assert!((curve.friction[0] - 27.0).abs() < 1e-12 && curve.covariance[(1, 1)] < before);
+    let root = curve.root(2).unwrap();
+    let again = &root * root.transpose() - curve.covariance.view((2, 2), (22, 22));
+    assert!(again.amax() < 1e-12);
 }
