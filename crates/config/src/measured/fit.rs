@@ -67,6 +67,9 @@ pub struct Fitted {
     residual_runs: f64,
 }
 
+/// Largest number of independent readings that are fitted themselves.
+const MOST_READINGS: usize = 2000;
+
 /// Readings in slip and at rest, and the curve whose errors those in slip have.
 type Readings = ([Vec<Reading>; 2], Option<Reduced>);
 
@@ -159,7 +162,7 @@ impl Measured {
     }
 
     /// The readings for a fit, in slip and at rest: those of a record over time, which are not independent, and of two
-    /// directions, which differ, as the curve to which they are reduced, which has correlated errors.
+    /// directions, which differ, or very many, as the curve to which they are reduced, which has correlated errors.
     ///
     /// # Errors
     /// The problem with its line, and a remedy.
@@ -175,7 +178,8 @@ impl Measured {
             return Err((problem, "write the error that the reading has, or leave all of them out".into()));
         }
         let has = |backward: bool| self.in_slip.iter().any(|row| row.backward == backward);
-        let curve = if self.is_record || has(true) && has(false) { self.reduced() } else { None };
+        let is_reduced = self.is_record || has(true) && has(false) || self.in_slip.len() > MOST_READINGS;
+        let curve = if is_reduced { self.reduced() } else { None };
         let Some(curve) = curve else { return Ok(([of(&self.in_slip), of(&self.at_rest)], None)) };
         let knots = curve.speeds.iter().zip(curve.friction.iter()).zip(curve.errors());
         let knots = knots.map(|((&speed, &friction), error)| Reading { speed, friction, error });
