@@ -283,6 +283,12 @@ fn is_logarithm(field: &str) -> bool {
     words(field).iter().any(|word| word.starts_with("log") || ["lg", "ln"].contains(&word.as_str()))
 }
 
+/// Whether a line names the slip speed and the friction.
+pub(super) fn are_names(fields: &[String]) -> bool {
+    let has = |wanted: Role| fields.iter().any(|field| role(field) == wanted);
+    has(Role::Speed) && has(Role::Friction)
+}
+
 fn role(field: &str) -> Role {
     let (text, words) = (field.to_lowercase(), words(field));
     let any = |of: &[&str]| words.iter().any(|word| of.contains(&word.as_str()));

@@ -36,8 +36,8 @@ type Row = Reading;
 pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refused> {
     let How { machine, kind, direction } = how;
     let (decoded, encoding) = text::decode(bytes)?;
-    let Fields { lines, decimal, said: form } = text::fields(&decoded)?;
-    let (header, numeric, first) = layout(&lines, decimal)?;
+    let Fields { lines, decimal, comments, said: form } = text::fields(&decoded)?;
+    let (header, numeric, first) = layout(&lines, &comments, decimal)?;
     let columns = columns::find(header.as_ref(), &numeric, machine)?;
     let mut said: Vec<String> =
         encoding.into_iter().chain(form).chain(columns.said.iter().cloned()).collect();
@@ -89,7 +89,11 @@ pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refus
 }
 
 /// The header, the columns that hold numbers, and the position of the first row of data.
-fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize>, usize), Refused> {
+fn layout(
+    lines: &[Line],
+    comments: &[Vec<Line>],
+    decimal: Decimal,
+) -> Result<(Option<Header>, Vec<usize>, usize), Refused> {
     let is_number = |field: &String| text::number(field, decimal).is_some_and(f64::is_finite);
     let is_data = |line: &Line| line.fields.iter().filter(|field| is_number(field)).count() >= 2;
     let Some(first) = lines.iter().position(is_data) else {
@@ -108,7 +112,12 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
     let numeric: Vec<usize> = (0..width).filter(|&column| numeric(column)).collect();
     // A row such as `static;0.42` may be above the data, and the units may be in a line of their own.
     let above = lines[..first].iter().filter(|line| line.fields.len() >= 2 && !is_rest(&line.fields[0]));
-    let above: Vec<&Line> = above.filter(|line| !line.fields.iter().any(is_number)).collect();
+    let mut above: Vec<&Line> = above.filter(|line| !line.fields.iter().any(is_number)).collect();
+    if above.is_empty() {
+        // Some programs write the header as comments.
+        let of_rows = |line: &&Line| line.fields.len() == width && line.number < rows[0].number;
+        above.extend(comments.iter().filter_map(|divided| divided.iter().find(of_rows)));
+    }
     let joined = |names: &Line, units: &Line| {
         let pairs = names.fields.iter().zip(&units.fields);
         pairs
@@ -119,7 +128,7 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
             .collect()
     };
     let header = match above.as_slice() {
-        [.., names, units] if names.fields.len() == units.fields.len() && are_units(units) => {
+        [.., names, units] if names.fields.len() == units.fields.len() && are_units(names, units) => {
             Some((names.number, joined(names, units)))
         }
         [.., names] => Some((names.number, names.fields.clone())),
@@ -148,14 +157,13 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
     Ok((header, numeric, start))
 }
 
-/// Whether a line below the names holds their units.
-fn are_units(line: &Line) -> bool {
+/// Whether a line below the names holds their units: all are known, or of columns that are named most are.
+fn are_units(names: &Line, line: &Line) -> bool {
     use super::super::units::{Match, compare};
-    let is_unit = |field: &String| {
-        let unit = field.trim_matches(['[', ']', '(', ')']);
-        unit.is_empty() || !matches!(compare(unit, ""), Match::Unknown)
-    };
-    line.fields.iter().all(is_unit)
+    let units = line.fields.iter().map(|field| field.trim_matches(['[', ']', '(', ')']));
+    let units: Vec<&str> = units.filter(|unit| !unit.is_empty()).collect();
+    let known = units.iter().filter(|unit| !matches!(compare(unit, ""), Match::Unknown)).count();
+    known == units.len() || 2 * known > units.len() && columns::are_names(&names.fields)
 }
 
 /// Whether the first field of a row says that it gives the friction at rest.

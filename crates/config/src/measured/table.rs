@@ -91,6 +91,7 @@ impl Measured {
             told: (!said.is_empty()).then(|| format!("{}: {}", self.name, said.join("; "))),
             forces: self.forces == Some(true),
             no_rest,
+            named_errors: self.has_errors,
         };
         table
             .and_then(|table| if has_errors { table.with_standard_errors(&errors) } else { Ok(table) })

@@ -79,6 +79,8 @@ pub struct Source {
     pub forces: bool,
     /// Whether no row is at rest: the first datum is on the line through the next two, and moves with them.
     pub no_rest: bool,
+    /// Whether the file names the column of the standard errors, which otherwise is the third one.
+    pub named_errors: bool,
 }
 
 /// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0: these coefficients.
