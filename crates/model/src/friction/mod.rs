@@ -307,15 +307,8 @@ impl Law {
                 format!("{}{}\n{}", law.static_level(), above(law.may_drop()), law.text())
             }
             Law::Table(table) => {
-                let (errors, root) = (table.standard_errors(), table.root_of_covariance());
-                let rows = table.data().enumerate().map(|(i, (u, phi))| {
-                    let parts = root.map(|root| &root[i][..]).or(errors.map(|errors| &errors[i..=i]));
-                    let parts: String =
-                        parts.unwrap_or_default().iter().map(|part| format!(",{part}")).collect();
-                    format!("\n{u},{phi}{parts}")
-                });
                 let head = format!("{}{} {}", table.static_level(), above(table.may_drop()), table.origin());
-                std::iter::once(head).chain(rows).collect()
+                std::iter::once(head).chain(table.rows().map(|row| format!("\n{row}"))).collect()
             }
             Law::Function(law) => law.definition(),
             _ => String::new(),

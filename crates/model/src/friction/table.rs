@@ -468,6 +468,17 @@ impl Table {
         self.0.u.iter().copied().zip(self.0.friction.iter().copied())
     }
 
+    /// The data as text, with their errors: those of each, or the rows of the root of the covariance.
+    pub fn rows(&self) -> impl Iterator<Item = String> {
+        let Cubics { errors, root, .. } = &*self.0;
+        self.data().enumerate().map(move |(i, (u, friction))| {
+            let parts =
+                root.as_ref().map(|root| &root[i][..]).or(errors.as_ref().map(|errors| &errors[i..=i]));
+            let parts: String = parts.unwrap_or_default().iter().map(|part| format!(",{part}")).collect();
+            format!("{u},{friction}{parts}")
+        })
+    }
+
     /// Number of rows at which friction changes from rising to falling, or from falling to rising.
     pub fn turns(&self) -> usize {
         let steps: Vec<f64> = self.0.friction.windows(2).map(|ends| ends[1] - ends[0]).collect();
