@@ -85,6 +85,9 @@ pub struct Reduced {
     pub friction: DVector<f64>,
     /// Its covariance.
     pub covariance: DMatrix<f64>,
+    /// The friction and its covariance without the law of a small family, and hardly smoothed: what the rows say, for a law
+    /// that is fitted to them.
+    pub by_rows: (DVector<f64>, DMatrix<f64>),
     /// Standard deviation of a reading; in units of its error where that is known.
     pub scatter: f64,
     /// The multiple of what is put aside.
@@ -117,6 +120,7 @@ impl Reduced {
         Self {
             friction: (self.friction + other.friction) * 0.5,
             covariance: (self.covariance + other.covariance) * 0.25,
+            by_rows: ((self.by_rows.0 + other.by_rows.0) * 0.5, (self.by_rows.1 + other.by_rows.1) * 0.25),
             scatter: 0.5 * (self.scatter + other.scatter),
             ..self
         }
@@ -562,6 +566,30 @@ fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context,
             covariance += scaled * values.transpose();
         }
     }
+    // For each model its weight, its estimate, and its covariance.
+    let by_rows = models.iter().enumerate().map(|(m, model)| {
+        let of_model = all.iter().filter(|(of, ..)| *of == m);
+        let [weight, variance] = of_model.fold([0.0; 2], |sums, (.., of)| {
+            let weight = (of.likelihood - top).exp() / total;
+            [sums[0] + weight, sums[1] + weight * of.variance]
+        });
+        let variance = variance / weight;
+        // The deviation may be as large as the range of the readings.
+        let penalty = variance / (model.unit * context.span);
+        let inverse = model.known.zip_map(&model.penalty, |e, p| 1.0 / (e + penalty * p));
+        let values = &at_knots[m];
+        let covariance = values * Square::from_diagonal(&(inverse * variance)) * values.transpose();
+        (weight, values * inverse.component_mul(&model.product), covariance)
+    });
+    let by_rows: Vec<_> = by_rows.filter(|(weight, ..)| *weight > 0.0).collect();
+    let mut of_rows_alone =
+        (DVector::zeros(KNOTS), DMatrix::identity(KNOTS, KNOTS) * (FLOOR * FLOOR * context.span));
+    by_rows.iter().for_each(|(weight, mean, _)| of_rows_alone.0.axpy(*weight, mean, 1.0));
+    for (weight, mean, covariance) in &by_rows {
+        let off = mean - &of_rows_alone.0;
+        of_rows_alone.1 += covariance * *weight;
+        of_rows_alone.1.ger(*weight, &off, &off, 1.0);
+    }
     let mut friction = DVector::zeros(KNOTS);
     means.iter().for_each(|(weight, mean)| friction.axpy(*weight, mean, 1.0));
     for (weight, mean) in &means {
@@ -569,7 +597,7 @@ fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context,
         covariance.ger(*weight, &off, &off, 1.0);
     }
     (0..KNOTS).for_each(|i| covariance[(i, i)] += FLOOR * FLOOR * context.span);
-    Reduced { speeds, friction, covariance, scatter: variance.sqrt(), aside: 0.0 }
+    Reduced { speeds, friction, covariance, by_rows: of_rows_alone, scatter: variance.sqrt(), aside: 0.0 }
 }
 
 #[cfg(test)]

@@ -198,7 +198,8 @@ fn true_critical_dampings_lie_within_their_intervals() {
 }
 
 /// The same of as many measurements as the variable SLIPMAP_CASES says, from the number SLIPMAP_FIRST on, of up to 4,000
-/// rows, with critical belt speeds and kicks of as many as SLIPMAP_PAGES: scripts/evidence/measured.py.
+/// rows, records of up to 50,000, with critical belt speeds and kicks of as many as SLIPMAP_PAGES, or only of the kind
+/// SLIPMAP_WHAT: scripts/evidence/measured.py.
 #[test]
 #[ignore = "takes a second a case"]
 fn coverage() {
@@ -210,7 +211,8 @@ fn coverage() {
         (Sort::Record, As::Fit, "fits of records"),
         (Sort::Record, As::Table, "records"),
     ];
-    for (sort, what, name) in all {
+    let wanted = std::env::var("SLIPMAP_WHAT").unwrap_or_default();
+    for (sort, what, name) in all.into_iter().filter(|(.., name)| wanted.is_empty() || *name == wanted) {
         let counts: [Mutex<Count>; 3] = Default::default();
         (0..cases.max(pages)).into_par_iter().for_each(|k| {
             let most = if sort == Sort::Record { 50_000.0 } else { 4000.0 };

@@ -180,7 +180,8 @@ impl Measured {
         let has = |backward: bool| self.in_slip.iter().any(|row| row.backward == backward);
         let is_reduced = self.is_record || has(true) && has(false) || self.in_slip.len() > MOST_READINGS;
         let curve = if is_reduced { self.reduced() } else { None };
-        let Some(curve) = curve else { return Ok(([of(&self.in_slip), of(&self.at_rest)], None)) };
+        let Some(mut curve) = curve else { return Ok(([of(&self.in_slip), of(&self.at_rest)], None)) };
+        (curve.friction, curve.covariance) = curve.by_rows.clone();
         let knots = curve.speeds.iter().zip(curve.friction.iter()).zip(curve.errors());
         let knots = knots.map(|((&speed, &friction), error)| Reading { speed, friction, error });
         let rest = self.at_breakaway(&self.at_rest, curve.scatter);
