@@ -66,7 +66,7 @@ pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refus
     if is_record {
         number_visits(&mut rows);
     }
-    let (folded, noise) = fold(rows, direction, &mut said)?;
+    let (folded, noise) = fold(rows, direction, is_record, &mut said)?;
     let (at_rest, mut in_slip) = part(folded, is_record, noise, &mut said)?;
     if in_slip.windows(2).any(|rows| rows[0].speed > rows[1].speed) {
         if !is_record {
@@ -236,7 +236,11 @@ fn numbers(
         rows.push(Row { speed, friction, error, line: line.number, visit: 0, backward: speed < 0.0 });
     }
     if rows.len() < 3 {
-        return Err(Refused::whole(&format!("there are only {} data", rows.len()), "give at least three"));
+        let problem = match rows.len() {
+            1 => "there is only one row of data".to_owned(),
+            count => format!("there are only {count} rows of data"),
+        };
+        return Err(Refused::whole(&problem, "give at least three"));
     }
     let in_time = backward_steps as f64 <= BACK_IN_TIME * rows.len() as f64;
     Ok((rows, left_out, in_time))
@@ -298,7 +302,12 @@ fn number_visits(rows: &mut [Row]) {
 }
 
 /// Friction against slip in the directions that are taken, and the largest speed that is noise about rest.
-fn fold(rows: Vec<Row>, direction: Direction, said: &mut Vec<String>) -> Result<(Vec<Row>, f64), Refused> {
+fn fold(
+    rows: Vec<Row>,
+    direction: Direction,
+    is_record: bool,
+    said: &mut Vec<String>,
+) -> Result<(Vec<Row>, f64), Refused> {
     let largest = rows.iter().map(|row| row.speed.abs()).fold(0.0, f64::max);
     let slowest = rows.iter().map(|row| -row.speed).fold(0.0, f64::max);
     let forward: Vec<&Row> = rows.iter().filter(|row| row.speed > 0.0).collect();
@@ -336,22 +345,29 @@ fn fold(rows: Vec<Row>, direction: Direction, said: &mut Vec<String>) -> Result<
             format!("{both}: backward friction is on average {} % of that forward", rounded(100.0 * ratio, 3))
         }
     });
-    let folded = rows.into_iter().map(|row| {
-        let sign = match row.speed {
-            speed if speed > 0.0 => signs[0],
-            speed if speed < 0.0 => signs[1],
-            // At rest the sign may be that of either direction.
-            _ => sign(row.friction < 0.0),
-        };
-        let backward = row.speed < 0.0 || row.speed == 0.0 && sign < 0.0;
-        Row { speed: row.speed.abs(), friction: sign * row.friction, backward, ..row }
-    });
+    let mut folded = Vec::new();
+    // At rest the sign may be that of either direction, in a record the same in all of a phase.
+    for phase in rows.chunk_by(|one, next| is_record && one.speed == 0.0 && next.speed == 0.0) {
+        let of_phase = sign(phase.iter().map(|row| row.friction).sum::<f64>() < 0.0);
+        folded.extend(phase.iter().map(|row| {
+            let sign = match row.speed {
+                speed if speed > 0.0 => signs[0],
+                speed if speed < 0.0 => signs[1],
+                _ => of_phase,
+            };
+            let backward = row.speed < 0.0 || row.speed == 0.0 && sign < 0.0;
+            Row { speed: row.speed.abs(), friction: sign * row.friction, backward, ..*row }
+        }));
+    }
+    // Without a sign friction at rest may be that of both directions.
     let is_taken = |row: &Row| match direction {
+        _ if row.speed == 0.0 && signs[0] == signs[1] => true,
         Direction::Mean => true,
         Direction::Forward => !row.backward,
         Direction::Backward => row.backward,
     };
-    Ok((folded.filter(is_taken).collect(), 0.0))
+    folded.retain(is_taken);
+    Ok((folded, 0.0))
 }
 
 /// The mean friction of backward slip over that of forward slip at the same slip speeds, between the rows of which it
