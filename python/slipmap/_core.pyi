@@ -146,9 +146,17 @@ def curves(
 ) -> list[tuple[str, _Reals, _Reals, _Reals]]: ...
 
 def measured(
-    name: str, rows: bytes, static_level: float | None, at_peak: bool, forces: bool | None
+    name: str,
+    rows: bytes,
+    static_level: float | None,
+    at_peak: bool,
+    forces: bool | None,
+    kind: str | None,
+    direction: str | None,
 ) -> tuple[Law, bool]: ...
-def fit(name: str, rows: bytes, law: str | None, forces: bool | None) -> tuple[Law, str, str]: ...
+def fit(
+    name: str, rows: bytes, law: str | None, forces: bool | None, kind: str | None, direction: str | None
+) -> tuple[Law, str, str]: ...
 
 _Attributes = dict[str, Any]
 

@@ -8,7 +8,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::Failure;
 use super::output::exact;
-use slipmap_config::{Level, Measured, decimal_comma, has_unit, nearest, point_into, point_of};
+use slipmap_config::{How, Level, Measured, decimal_comma, has_unit, nearest, point_into, point_of};
 use slipmap_machine::probe::{axis_names, flag};
 use slipmap_model::friction::{ExpressionError, Law, PointError};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
@@ -111,7 +111,7 @@ impl LawArguments {
                 ))
             }
             (_, Some(phi), _) => level.formula(phi).map_err(|error| at_formula(phi, &error)),
-            (_, None, Some(path)) => Measured::read(path, None)
+            (_, None, Some(path)) => Measured::read(path, How::default())
                 .and_then(|measured| measured.table(level))
                 .map(Law::Table)
                 .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy)),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::measured::{Level, Measured, OfMachine};
+use super::measured::{Direction, How, Kind, Level, Measured, OfMachine};
 use super::source::{ConfigError, Node, Section};
 use super::{choice, fitted, nearest};
 use slipmap_machine::{Friction, Motion};
@@ -10,7 +10,8 @@ use slipmap_map::{AxisRole, Grid, unravel};
 use slipmap_model::friction::{Expression, ExpressionError, Law};
 use slipmap_model::point::MAX_LAW_PARAMETERS;
 
-pub(super) const KEYS: [&str; 8] = ["law", "phi", "static", "rest", "file", "quantity", "small", fitted::KEY];
+pub(super) const KEYS: [&str; 10] =
+    ["law", "phi", "static", "rest", "file", "quantity", "kind", "direction", "small", fitted::KEY];
 
 /// The units of a law's numbers.
 #[derive(Clone, Copy, PartialEq)]
@@ -72,7 +73,12 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
                 }
             };
             let level = level()?;
-            let table = Measured::read(&path, machine).and_then(|measured| measured.table(level));
+            let [kind, direction] = ["kind", "direction"].map(|key| section.get(key));
+            let kind = kind.map(|node| choice(&node, &Kind::NAMES, "kind")).transpose()?;
+            let direction =
+                direction.map(|node| choice(&node, &Direction::NAMES, "direction")).transpose()?;
+            let how = How { machine, kind, direction: direction.unwrap_or_default() };
+            let table = Measured::read(&path, how).and_then(|measured| measured.table(level));
             Law::Table(table.map_err(|(problem, remedy)| file.error(&problem, remedy))?)
         }
         (_, None) => {
@@ -87,7 +93,14 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
     }
     fitted::check(section, &law)?;
     let of_formula = law.name() == "expression";
-    for (key, of) in [("phi", "expression"), ("file", "table"), ("quantity", "table")] {
+    let keys = [
+        ("phi", "expression"),
+        ("file", "table"),
+        ("quantity", "table"),
+        ("kind", "table"),
+        ("direction", "table"),
+    ];
+    for (key, of) in keys {
         let belongs = name == of || key == "quantity" && of_formula;
         if let (false, Some(node)) = (belongs, section.get(key)) {
             let problem = format!("the law `{}` has no {key}", law.name());

@@ -22,7 +22,9 @@ pub use axis::range_nodes;
 pub use law::point_into;
 
 pub use machine::{MachineJob, check_names, load_machine};
-pub use measured::{Fits, Fitted, FittedLaw, Level, Measured, OfMachine, Reading, law_of, words_of};
+pub use measured::{
+    Direction, Fits, Fitted, FittedLaw, How, Kind, Level, Measured, OfMachine, Reading, law_of, words_of,
+};
 pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;
 pub use source::decimal_comma;

@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
-use slipmap_config::{Level, Measured, OfMachine};
+use slipmap_config::{How, Kind, Level, Measured, OfMachine};
 use slipmap_machine::{Coefficients, Motion};
 use slipmap_model::friction::{Law, Table};
 
@@ -59,9 +59,16 @@ impl LawText {
             ("expression", None) => level.formula(&self.phi)?,
             ("table", None) => {
                 let file = if self.file.is_empty() { "table" } else { &self.file };
-                let table = Measured::of_bytes(file, self.table.as_bytes(), machine)
-                    .and_then(|read| read.table(level));
-                Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
+                let (rows, errors) = self.rows();
+                let how = How { machine, kind: Some(Kind::Rows), ..How::default() };
+                let table = Measured::of_bytes(file, rows.as_bytes(), how).and_then(|read| read.table(level));
+                let table = table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;
+                let table = match errors.last().map(Vec::len) {
+                    None => Ok(table),
+                    Some(1) => table.with_standard_errors(&errors.concat()),
+                    Some(_) => table.with_root_of_covariance(errors),
+                };
+                Law::Table(table.map_err(|error| Refusal::bad_input(error.problem, error.remedy))?)
             }
             (name, None) => {
                 let names: Vec<&str> = Law::names().collect();
@@ -70,6 +77,21 @@ impl LawText {
             }
         };
         Ok(if self.small { law.read_as_small() } else { law })
+    }
+
+    /// The rows of the table, and the errors beside them as [`law_json`] writes them: that of each, or the root of their covariance,
+    /// which has one number more in each row than in the row before.
+    fn rows(&self) -> (String, Vec<Vec<f64>>) {
+        let parts = |line: &str| line.split(',').map(|part| part.trim().parse().ok()).collect();
+        let rows: Option<Vec<Vec<f64>>> = self.table.lines().map(parts).collect();
+        let are_errors = |rows: &Vec<Vec<f64>>| {
+            let is =
+                |length: fn(usize) -> usize| rows.iter().enumerate().all(|(i, row)| row.len() == length(i));
+            is(|_| 3) || is(|i| i + 3)
+        };
+        let Some(rows) = rows.filter(are_errors) else { return (self.table.clone(), Vec::new()) };
+        let plain = rows.iter().map(|row| format!("{},{}\n", row[0], row[1])).collect();
+        (plain, rows.into_iter().map(|row| row[2..].to_vec()).collect())
     }
 
     /// The law of a machine: coefficients of friction, whatever they are at slip speed 0.
@@ -111,12 +133,7 @@ pub(super) fn law_json(law: &Law) -> Value {
             object["static"] = formula.static_level().into();
         }
         Law::Table(table) => {
-            let errors = table.standard_errors();
-            let rows = table.data().enumerate().map(|(i, (u, friction))| match errors {
-                Some(errors) => format!("{u},{friction},{}\n", errors[i]),
-                None => format!("{u},{friction}\n"),
-            });
-            object["table"] = rows.collect::<String>().into();
+            object["table"] = table.rows().map(|row| row + "\n").collect::<String>().into();
             object["file"] = table.origin().into();
             object["static"] = table.static_level().into();
         }
@@ -128,4 +145,27 @@ pub(super) fn law_json(law: &Law) -> Value {
         object["small"] = true.into();
     }
     object
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The page sends a table back with the errors that it was sent, correlated or not.
+    #[test]
+    fn a_table_keeps_its_errors() {
+        let data = [(0.0, 0.5), (0.1, 0.4), (0.4, 0.3), (0.9, 0.25)];
+        let table = Table::new("a rig", &data, 0.5).unwrap();
+        let root = (0..4).map(|i| (0..=i).map(|j| 1e-3 * f64::from(1 + 2 * i + j)).collect()).collect();
+        for table in [
+            table.with_standard_errors(&[1e-3, 2e-3, 1e-3, 4e-3]).unwrap(),
+            table.with_root_of_covariance(root).unwrap(),
+        ] {
+            let sent: LawText = serde_json::from_value(law_json(&Law::Table(table.clone()))).unwrap();
+            let Ok(Law::Table(again)) = sent.law() else { panic!("{}", sent.table) };
+            assert_eq!(again.data().collect::<Vec<_>>(), data);
+            assert_eq!(again.root_of_covariance(), table.root_of_covariance());
+            assert_eq!(again.standard_errors(), table.standard_errors());
+        }
+    }
 }
