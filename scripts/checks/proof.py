@@ -23,7 +23,7 @@ from flint import arb, arb_series, ctx
 ctx.prec = 128
 # Order of the Taylor form of a cell; halvings of a piece; largest numbers of curves, pieces and control points.
 ORDER, HALVINGS = 11, 16
-CURVES, PIECES, POINTS = 8, 1000, 32
+CURVES, PIECES, POINTS = 3, 1000, 32
 
 FORMAT = "slipmap proof of a point 2"
 STATEMENT = (

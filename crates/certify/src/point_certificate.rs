@@ -13,7 +13,7 @@ use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Largest number of curves: one of each kind is enough.
-const MOST_CURVES: usize = 8;
+const MOST_CURVES: usize = 3;
 
 /// A certificate that has been parsed but not verified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -173,8 +173,8 @@ mod tests {
         }
     }
 
-    /// The same friction in slip with friction at rest above it is another law: a claim about one is refused for
-    /// the other.
+    /// The same friction in slip with friction at rest above it is another law: a claim about one is refused
+    /// for the other.
     #[test]
     fn a_claim_that_ignores_the_drop_is_refused() {
         let flat = Law::Expression(Expression::new("1 - s*tanh(u)", 1.0).unwrap());

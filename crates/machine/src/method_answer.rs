@@ -21,8 +21,7 @@ pub struct MethodAnswer {
     pub critical_c: Option<f64>,
     /// Estimate of its absolute error; `None` for methods whose edge is exact to rounding.
     pub critical_c_error: Option<f64>,
-    /// Reason why the verdict is neither presence nor absence, or what it follows from where that is not the claim
-    /// with this edge.
+    /// Reason why the verdict is neither presence nor absence.
     pub reason: Option<String>,
 }
 

@@ -1,10 +1,12 @@
-//! The checker: from the law and the numbers of a curve alone it proves what the curve claims, or says what fails.
+//! The checker: from the law and the numbers of a curve alone it proves what the curve claims, or says what
+//! fails.
 //!
-//! The sign of S is proved cell by cell. The Taylor series of S about the middle of a cell, with the last coefficient over
-//! the whole cell, bounds S; a cell without a sign is halved. Of each polynomial of the law whose slip speeds the cell may pass, S
-//! has the sign on the whole cell: so at each of its points, at corners and jumps of the law with both limits. A cell that lies
-//! on one side of a break of the law and touches it counts with the limit from its own side: the orbit there meets the
-//! curve with the flow of that side only, or both are vertical, and S does not depend on w.
+//! The sign of S is proved cell by cell. The Taylor series of S about the middle of a cell, with the last
+//! coefficient over the whole cell, bounds S; a cell without a sign is halved. Of each polynomial of the law
+//! whose slip speeds the cell may pass, S has the sign on the whole cell: so at each of its points, at
+//! corners and jumps of the law with both limits. A cell that lies on one side of a break of the law and
+//! touches it counts with the limit from its own side: the orbit there meets the curve with the flow of that
+//! side only, or both are vertical, and S does not depend on w.
 
 use super::{Kind, MOST_DEGREE, OneWay};
 use slipmap_model::friction::{COUNT, Column, ProvedPiece, Range, Weakening};
@@ -19,16 +21,17 @@ const MOST_HALVINGS: u32 = 14;
 const MOST_CELLS: usize = 50_000;
 /// Largest number of the law's polynomials that one cell may meet.
 const MOST_TOGETHER: usize = 6;
-/// Bound of what the roundings of the law's own coefficients change, in units of its largest weakening rate: some ten roundings
-/// of a closed form, whose slope with respect to the logarithm of any coefficient is at most a few times that rate.
+/// Bound of what the roundings of the law's own coefficients change, in units of its largest weakening rate:
+/// some ten roundings of a closed form, whose slope with respect to the logarithm of any coefficient is at
+/// most a few times that rate.
 const COEFFICIENTS: f64 = 64.0 * f64::EPSILON;
 /// Roundings of the drop, which is computed from friction of size 1.
 const DROP: f64 = 4.0 * f64::EPSILON;
 
 type Points = Vec<Interval>;
 
-/// One coordinate of a part of a piece: its value at the start, and the differences of its control points. Rounding errors are
-/// relative to the differences, so that short parts have slopes as accurate as long ones.
+/// One coordinate of a part of a piece: its value at the start, and the differences of its control points.
+/// Rounding errors are relative to the differences, so that short parts have slopes as accurate as long ones.
 struct Part {
     from: Interval,
     rises: Points,
@@ -61,8 +64,8 @@ impl Part {
         [left, Self { from: middle, rises: right }]
     }
 
-    /// The coefficients of the powers of t, which runs from 0 to 1: integrals of those of the slope, which are binomials times
-    /// differences.
+    /// The coefficients of the powers of t, which runs from 0 to 1: integrals of those of the slope, which
+    /// are binomials times differences.
     fn coefficients(&self) -> Points {
         let degree = self.rises.len();
         let (mut row, mut binomial, mut found) = (self.rises.clone(), degree as f64, vec![self.from]);
@@ -142,7 +145,8 @@ fn of_differences(column: &Column) -> f64 {
     let data: Vec<(f64, f64)> = table.data().collect();
     let most = data.iter().map(|(_, friction)| friction.abs() / table.static_level()).fold(0.0, f64::max);
     let narrowest = data.windows(2).map(|ends| ends[1].0 - ends[0].0).fold(f64::INFINITY, f64::min);
-    // Half a unit each; slopes are at most three times a secant, and the parabola between them three times as steep.
+    // Half a unit each; slopes are at most three times a secant, and the parabola between them three times as
+    // steep.
     16.0 * f64::EPSILON * most / narrowest
 }
 
@@ -211,7 +215,8 @@ impl Field {
                 return Err(Cell::NoEnclosure(piece.ends[0].max(0.0)));
             }
             if number == MOST_TOGETHER {
-                // Next to rest a law may have a thousand pieces: its range is enough where that hardly changes.
+                // Next to rest a law may have a thousand pieces: its range is enough where that hardly
+                // changes.
                 is_proved = self.lowest_by_range(hull, [&u_middle, &y_middle], sign) > 0.0;
                 break;
             }
@@ -238,7 +243,8 @@ impl Field {
         })
     }
 
-    /// A lower bound of S times the sign over a cell, where w is the polynomial of a piece of the law, up to its error.
+    /// A lower bound of S times the sign over a cell, where w is the polynomial of a piece of the law, up to
+    /// its error.
     fn lowest(&self, piece: &ProvedPiece, [u, y]: [&Points; 2], sign: f64) -> f64 {
         let whole = Interval::new(-1.0, 1.0);
         let [along, wide] = [Interval::ZERO, whole].map(|at| {
@@ -342,7 +348,8 @@ fn halves(points: &Points) -> [Points; 2] {
 }
 
 impl OneWay {
-    /// Proves the claim of the curve about the orbit of a column at its damping C = `viscous`; returns the number of cells.
+    /// Proves the claim of the curve about the orbit of a column at its damping C = `viscous`; returns the
+    /// number of cells.
     ///
     /// # Errors
     /// [`Fault`]: what is not proved.
@@ -401,7 +408,8 @@ impl OneWay {
         let drop = field.drop;
         let starts = match self.kind {
             Kind::Returns => -y0 <= drop.lo,
-            // Of a drop of 0 the start lies below E; above 0 it may be at E, and the bound of the drop is above it.
+            // Of a drop of 0 the start lies below E; above 0 it may be at E, and the bound of the drop is
+            // above it.
             _ => y0 < 0.0 && -y0 >= drop.hi,
         };
         let most = Interval::of(2.0) - drop;

@@ -196,7 +196,8 @@ impl Proof {
     }
 }
 
-/// Dampings between which C* is sought: bounds by the even part of w, and with a drop, D <= -2 at all slip speeds.
+/// Dampings between which C* is sought: bounds by the even part of w, and with a drop, D <= -2 at all slip
+/// speeds.
 fn search(column: &Column, finder: &Finder) -> Result<[f64; 2], Stop> {
     let belt_speed = column.belt_speed;
     let law = &finder.field().law;
@@ -219,8 +220,8 @@ mod tests {
         law.column(&law.point(1.0, parameters, belt_speed, 0.0).unwrap())
     }
 
-    /// Steep laws, drops, nodes, a jump of w, a table. The critical dampings of the first ones are those of a program in
-    /// Python.
+    /// Steep laws, drops, nodes, a jump of w, a table. The critical dampings of the first ones are those of a
+    /// program in Python.
     #[test]
     fn machines_are_proved() {
         let (exponential, stretched) = (Law::Exponential, Law::Exponential.with_exponent());
@@ -265,7 +266,8 @@ mod tests {
         assert!(claim.absent_above < 0.0 && claim.present_below == f64::NEG_INFINITY, "{claim:?}");
     }
 
-    /// Every piece missing, moved, reversed; the damping beyond c*, another direction, another law, other ends.
+    /// Every piece missing, moved, reversed; the damping beyond c*, another direction, another law, other
+    /// ends.
     #[test]
     fn forged_curves_are_refused() {
         let column = brake(&Law::Exponential, &[0.6, 0.05, 0.0], 0.5);

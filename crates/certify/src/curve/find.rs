@@ -1,8 +1,9 @@
 //! The finder: an orbit of the turned flow that closes, cut into polynomials which the checker accepts.
 //!
-//! A piece of degree 9 goes through the states at the Chebyshev-Lobatto times of an interval of time: equal times, not
-//! lengths, so that layers next to the line are resolved by themselves. The interval grows as long as samples of S keep a share
-//! of what the exact orbit has, and the checker proves the sign; else it shrinks.
+//! A piece of degree 9 goes through the states at the Chebyshev-Lobatto times of an interval of time: equal
+//! times, not lengths, so that layers next to the line are resolved by themselves. The interval grows as long
+//! as samples of S keep a share of what the exact orbit has, and the checker proves the sign; else it
+//! shrinks.
 
 use std::sync::LazyLock;
 
@@ -73,7 +74,8 @@ fn inverse(mut a: [[f64; COUNT]; COUNT]) -> Vec<[f64; COUNT]> {
     b
 }
 
-/// Half a curve: the flow, the first state, the state at which it ends after a time, and the direction of time.
+/// Half a curve: the flow, the first state, the state at which it ends after a time, and the direction of
+/// time.
 struct Half<'a> {
     flow: Turned<'a>,
     from: State,
@@ -85,7 +87,8 @@ struct Half<'a> {
 /// The state and the time at which the flow leaves its section, if it does.
 type Leaves = Option<(State, f64)>;
 
-/// A piece as it may become one of the curve: control points in the order of the curve, the time and the state at its end.
+/// A piece as it may become one of the curve: control points in the order of the curve, the time and the
+/// state at its end.
 struct Trial {
     points: Vec<[f64; 2]>,
     time: f64,
@@ -121,7 +124,8 @@ impl Half<'_> {
         lies_well.then_some(Trial { points, time: end, state: states[COUNT - 1] })
     }
 
-    /// The states at the nodes of an interval of time; the state and the time at which the flow leaves its section.
+    /// The states at the nodes of an interval of time; the state and the time at which the flow leaves its
+    /// section.
     fn states(flow: &Turned, from: State, sign: f64, h: f64) -> Option<([State; COUNT], Leaves)> {
         let (mut states, mut left) = ([from; COUNT], None);
         for i in 1..COUNT {
@@ -228,7 +232,8 @@ impl Finder {
         }
     }
 
-    /// How far the half forward from the start turns left of the half backward from the end; `None` beyond the law.
+    /// How far the half forward from the start turns left of the half backward from the end; `None` beyond
+    /// the law.
     fn mismatch(flow: &Turned, [start, end]: [State; 2]) -> (f64, [End; 2]) {
         let halves = [(start, 1.0), (end, -1.0)].map(|(from, sign)| flow.follow(from, sign, Until::Turns));
         let most = 1e3 * flow.field.belt_speed;

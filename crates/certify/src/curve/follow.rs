@@ -30,8 +30,8 @@ pub(super) struct Turned<'a> {
     pub(super) field: &'a Field,
     /// kappa, negative for curves that orbits cross outwards.
     pub(super) kappa: f64,
-    /// The corners of the law between which it is; beyond them the polynomials there continue the law, so that no
-    /// step feels a corner that it ends at.
+    /// The corners of the law between which it is; beyond them the polynomials there continue the law, so
+    /// that no step feels a corner that it ends at.
     section: [f64; 2],
 }
 
@@ -60,7 +60,8 @@ impl<'a> Turned<'a> {
         Self { field, kappa, section: [0.0, f64::INFINITY] }
     }
 
-    /// The flow between the corners next to a state, from which it goes in the direction of time that `sign` has.
+    /// The flow between the corners next to a state, from which it goes in the direction of time that `sign`
+    /// has.
     pub(super) fn near(&self, [u, y]: State, sign: f64) -> Self {
         let corners = self.field.law.corners();
         // u' = -y. At a corner the section is the one that it enters.
@@ -71,8 +72,9 @@ impl<'a> Turned<'a> {
         Self { section: [lo, hi], ..*self }
     }
 
-    /// The state on the way from one to a later one at which the flow leaves its section, and the time from the later
-    /// one to it, which is negative in the direction `sign`; `None` where it does not leave, or the way is hardly across.
+    /// The state on the way from one to a later one at which the flow leaves its section, and the time from
+    /// the later one to it, which is negative in the direction `sign`; `None` where it does not leave, or the
+    /// way is hardly across.
     pub(super) fn leaves(&self, later: State, sign: f64) -> Option<(State, f64)> {
         let [lo, hi] = self.section;
         let corner = if later[0] > hi {
