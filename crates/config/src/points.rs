@@ -9,13 +9,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use super::law::point_into;
+use super::described::{Wrong, with_axes};
 use super::nearest;
 use super::source::{ConfigError, decimal_comma};
 use super::units::{Match, bracketed, compare, conversion, converted, has_unit, meant};
 use slipmap_machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
 use slipmap_model::friction::{Law, PointError};
-use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
+use slipmap_model::point::Point;
 
 /// Number of rows handed out at a time: keeps all cores busy and fits into memory.
 const BATCH: usize = 8192;
@@ -71,19 +71,8 @@ impl PointTable {
         let table = Self::with_header(path)?;
         table.refuse_columns_of(shared.iter().map(|(name, _)| name.as_str()))?;
         let has = |name: &str| table.header.iter().any(|field| base(&field_text(field)) == name);
-        let mut law = law.clone();
-        if has("exponent") {
-            law = law.with_exponent();
-        }
-        if has("drop") && !law.axis_names().contains(&"drop") {
-            if law.may_drop() || law.parameters().len() >= MAX_LAW_PARAMETERS {
-                let problem =
-                    "the column `drop` is there, and the law has a drop already, or no room for one";
-                let remedy = "leave out the static friction, a parameter, or the column";
-                return Err(ConfigError::new(format!("{}:1", table.name), problem, remedy));
-            }
-            law = law.with_drop();
-        }
+        let law = with_axes(law.clone(), has)
+            .map_err(|wrong| ConfigError::new(format!("{}:1", table.name), wrong.words(""), wrong.remedy))?;
         let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
         let names: Vec<&str> = law.axis_names().into_iter().filter(|name| !is_shared(name)).collect();
         let columns = find_axes(&table.name, &table.header, &names, None)?.0;
@@ -305,13 +294,12 @@ pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, PointError> {
 /// Checks that a law is legal at a point for the slip speeds that every orbit and every test uses.
 ///
 /// # Errors
-/// What is wrong with it, and a remedy.
-pub fn check_law(law: &Law, point: &Point) -> Result<(), (String, String)> {
+/// What is wrong with it.
+pub fn check_law(law: &Law, point: &Point) -> Result<(), Wrong> {
     let fastest = 2.0 * point.belt_speed;
     let (end, remedy) = match law.as_written() {
         Law::Expression(law) => {
-            let checked = law.check(point.epsilon, &point.law, fastest);
-            return checked.map_err(|error| (point_into(&law.text(), &error), error.remedy));
+            return law.check(point.epsilon, &point.law, fastest).map_err(Wrong::in_formula);
         }
         Law::Table(table) if table.fastest() < fastest => (
             format!("the data of {} end at slip speed {}", table.origin(), table.fastest()),
@@ -323,7 +311,7 @@ pub fn check_law(law: &Law, point: &Point) -> Result<(), (String, String)> {
         ),
         _ => return Ok(()),
     };
-    Err((format!("V = {}: {end}, below 2 V", point.belt_speed), remedy.into()))
+    Err(Wrong::new("V", format!("V = {}: {end}, below 2 V", point.belt_speed), remedy))
 }
 
 /// The remedy for a table with semicolons or decimal commas, as spreadsheets of some countries write them.
