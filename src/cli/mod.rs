@@ -24,6 +24,7 @@ mod preflight;
 mod probe;
 mod probe_machine;
 mod probe_table;
+mod probe_text;
 mod progress;
 mod proof;
 mod replace;
