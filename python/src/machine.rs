@@ -10,7 +10,7 @@ use slipmap::assessment::{StandardErrors, assess_fitted, with_errors};
 use slipmap::behaviour::behaviour;
 use slipmap::column::Method;
 use slipmap::column::critical::{NoCriticalDamping, critical_dampings};
-use slipmap::config::{load_machine, machine_of};
+use slipmap::config::{conversion, load_machine, machine_of};
 use slipmap::friction::{Column, Expression, Law as Family};
 use slipmap::machine::{self as engine, Coefficients, Friction, Model, NORMAL_FORCE};
 use slipmap::map::Shown;
@@ -200,6 +200,20 @@ impl Machine {
         self.uncertain.iter().map(|(name, spread)| (*name, numbers(spread))).collect()
     }
 
+    /// What the program tells of what it read: other units in SI, and how measured friction was understood.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (name, shown) in &self.written {
+            let told = shown.as_ref().map(|of| conversion(&of.unit, of.size, self.machine.unit(name)));
+            notes.extend(told.filter(|told| !notes.contains(told)));
+        }
+        if let Friction::Measured(table) = &self.machine.friction {
+            notes.extend(table.source().told.clone());
+        }
+        notes
+    }
+
     /// What the program would warn of: numbers that suggest other units.
     #[getter]
     fn doubts(&self) -> Vec<String> {
@@ -263,7 +277,7 @@ impl Machine {
             let risk = match found.transpose() {
                 Ok(found) => found,
                 // The rest of the page does not depend on it.
-                Err(NoRisk::NoneFound) => None,
+                Err(NoRisk::NoneFound | NoRisk::NoneFollowed) => None,
                 Err(why) => return Err(why.to_string()),
             };
             let subject = Subject {

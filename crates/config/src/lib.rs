@@ -30,7 +30,7 @@ pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;
 pub use source::decimal_comma;
 use source::{Node, Section, Source};
-pub use units::{has_unit, number_in};
+pub use units::{conversion, has_unit, head_of, number_in};
 pub use written::{nodes, quoted};
 
 use slipmap_certify::validated;

@@ -47,8 +47,8 @@ pub struct PointTable {
     parsed: Arc<AtomicU64>,
     /// Whether lines end as on Windows.
     carriage_returns: Arc<AtomicBool>,
-    /// Whether the first row has been looked at for numbers that nobody reads.
-    is_checked: bool,
+    /// The columns that are not read and had no text yet; `None` before the first row.
+    unread: Option<Vec<usize>>,
 }
 
 /// A column that is read.
@@ -161,7 +161,7 @@ impl PointTable {
             shared: Vec::new(),
             parsed,
             carriage_returns,
-            is_checked: false,
+            unread: None,
         })
     }
 
@@ -194,32 +194,37 @@ impl PointTable {
             position.set_line(line);
             row.set_position(Some(position));
             self.parsed.store(self.reader.position().byte(), Ordering::Relaxed);
-            if !std::mem::replace(&mut self.is_checked, true) {
-                self.refuse_unread(&row)?;
-            }
+            self.refuse_unread(&row)?;
             rows.push(row);
         }
         Ok(rows)
     }
 
-    /// Refuses a column of numbers that is not read: its numbers would not be those of the answers.
-    fn refuse_unread(&self, row: &ByteRecord) -> Result<(), ConfigError> {
+    /// Refuses a column of numbers that is not read: its numbers would not be those of the answers. The first field that
+    /// is not empty tells whether a column holds numbers or text.
+    fn refuse_unread(&mut self, row: &ByteRecord) -> Result<(), ConfigError> {
+        let header = |position: usize| field_text(self.header.get(position).unwrap_or_default());
+        let is_kept = |name: &str| name.starts_with('#') || NUMBERED.contains(&name);
         let is_read = |position: usize| self.columns.iter().any(|column| column.position == position);
-        let mut unread = (0..self.header.len()).filter(|position| !is_read(*position));
-        let is_number = |position: &usize| {
-            let name = field_text(self.header.get(*position).unwrap_or_default());
-            !name.starts_with('#')
-                && !NUMBERED.contains(&name.as_str())
-                && field_text(row.get(*position).unwrap_or_default()).parse::<f64>().is_ok()
-        };
-        let Some(position) = unread.find(is_number) else { return Ok(()) };
-        let name = field_text(self.header.get(position).unwrap_or_default());
-        let problem = format!("column {}: the numbers of `{name}` are not read", position + 1);
-        let remedy = format!(
-            "to keep the column unread, call it `#{name}`; {}",
-            nearest("column", base(&name), &self.names)
-        );
-        Err(ConfigError::new(format!("{}:1", self.name), problem, remedy))
+        let all = || (0..self.header.len()).filter(|at| !is_read(*at) && !is_kept(&header(*at))).collect();
+        let mut unread: Vec<usize> = self.unread.take().unwrap_or_else(all);
+        if unread.is_empty() {
+            self.unread = Some(unread);
+            return Ok(());
+        }
+        let field = |position: usize| field_text(row.get(position).unwrap_or_default());
+        if let Some(position) = unread.iter().copied().find(|at| field(*at).parse::<f64>().is_ok()) {
+            let name = header(position);
+            let problem = format!("column {}: the numbers of `{name}` are not read", position + 1);
+            let remedy = format!(
+                "to keep the column unread, call it `#{name}`; {}",
+                nearest("column", base(&name), &self.names)
+            );
+            return Err(ConfigError::new(format!("{}:1", self.name), problem, remedy));
+        }
+        unread.retain(|at| field(*at).is_empty());
+        self.unread = Some(unread);
+        Ok(())
     }
 
     /// The point of `law` in a row.
