@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use numpy::ndarray::ArrayD;
 use numpy::{PyArray1, PyArrayMethods, ToPyArray};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipmap::config::Job;
@@ -43,17 +43,17 @@ struct Memory {
 }
 
 impl Memory {
-    fn new(plan: &Plan) -> Self {
+    fn new(plan: &Plan) -> PyResult<Self> {
         let schema = Schema::of(plan);
         let empty = |variable| {
             let shape = schema.shape(variable);
-            Mutex::new(match variable.codes() {
-                Some(_) => Cells::Codes(ArrayD::from_elem(shape, variable.fill_code())),
-                None => Cells::Reals(ArrayD::from_elem(shape, f64::NAN)),
-            })
+            Ok(Mutex::new(match variable.codes() {
+                Some(_) => Cells::Codes(filled(&shape, variable.fill_code())?),
+                None => Cells::Reals(filled(&shape, f64::NAN)?),
+            }))
         };
-        let cells = schema.variables.iter().map(empty).collect();
-        Self { schema, cells }
+        let cells = schema.variables.iter().map(empty).collect::<PyResult<_>>()?;
+        Ok(Self { schema, cells })
     }
 
     /// Copies the tile to its place: workers fill different cells.
@@ -72,6 +72,16 @@ impl Memory {
             }
         }
     }
+}
+
+/// An array of one value, or Python's error where there is no memory for it.
+fn filled<T: Clone>(shape: &[usize], value: T) -> PyResult<ArrayD<T>> {
+    let too_large = || PyMemoryError::new_err(format!("an array of {shape:?} cells does not fit into memory"));
+    let count = shape.iter().try_fold(1usize, |all, &len| all.checked_mul(len)).ok_or_else(too_large)?;
+    let mut cells = Vec::new();
+    cells.try_reserve_exact(count).map_err(|_| too_large())?;
+    cells.resize(count, value);
+    ArrayD::from_shape_vec(shape, cells).map_err(|_| too_large())
 }
 
 /// Copies the cells of a box, row-major, into an array; a variable may lack the last axis.
@@ -216,7 +226,7 @@ fn compute(
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Map> {
-    let memory = py.detach(|| Memory::new(plan));
+    let memory = py.detach(|| Memory::new(plan))?;
     // The run of the library creates its own threads.
     let summary = run(py, Some(1), progress.as_ref(), |steering| {
         let on_cells = |cells| steering.advance(cells);

@@ -228,7 +228,7 @@ export class Controls {
       return;
     }
     this.problem = element("div", { class: "problem", role: "alert" });
-    const level = element("input", { class: "number", inputmode: "decimal", "aria-label": "friction at rest", placeholder: 1, value: state.law.static ?? "" });
+    const level = element("input", { class: "number", inputmode: "decimal", "aria-label": "friction at rest", placeholder: state.motion ? "" : 1, value: state.law.static ?? "" });
     const parts = [];
     let text;
     if (state.law.name === "expression") {
