@@ -314,3 +314,9 @@ def test_boundaries_of_a_machine_are_along_its_damping_ratio(tmp_path):
     assert (abs(exact - coarse) <= 0.05).all()
     ax = data.slipmap.plot("regime")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("belt_speed", "damping_ratio") and len(ax.lines) == 1
+
+
+def test_a_map_that_does_not_fit_is_a_memory_error():
+    axis = np.linspace(0.1, 1.0, 100_000)
+    with pytest.raises(MemoryError, match="does not fit"):
+        slipmap.map({"epsilon": 0.1, "alpha": 0.3, "beta": 0.1, "gamma": axis, "V": axis, "c": axis})
