@@ -15,6 +15,7 @@ __all__ = [
     "Map",
     "REGIMES",
     "USUAL_METHODS",
+    "SCHEMA",
     "VERDICTS",
     "__version__",
     "backbone",
@@ -33,6 +34,7 @@ __all__ = [
 ]
 
 __version__: str
+SCHEMA: int
 VERDICTS: list[tuple[str, int]]
 REGIMES: list[tuple[str, int, str]]
 METHODS: list[tuple[str, str, str, str]]
@@ -105,6 +107,8 @@ class Machine:
     def written(self) -> dict[str, tuple[str, float]]: ...
     @property
     def uncertain(self) -> list[tuple[str, list[float]]]: ...
+    @property
+    def notes(self) -> list[str]: ...
     @property
     def doubts(self) -> list[str]: ...
     def point(self) -> tuple[Law, list[float], list[float]]: ...

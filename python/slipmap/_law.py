@@ -347,8 +347,8 @@ class Law:
         data : str, path, DataFrame or array_like
             A file or a DataFrame, read as by :meth:`from_csv`; or slip speeds.
         friction, stderr : array_like
-            Friction at these slip speeds and, optionally, its standard error, in SI units. Of a Series whose name has a unit
-            that must be the SI unit.
+            Friction at these slip speeds and, optionally, its standard error, in SI units. A Series whose name has
+            another unit is taken in SI units, too, with a warning.
         law : str, optional
             Which law to take in place of the best one, by its name in the table of laws.
         quantity, kind, direction

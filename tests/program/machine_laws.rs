@@ -187,6 +187,12 @@ fn a_table_of_machines_is_answered_in_si_units() {
     // Numbers that would not be those of the answer.
     scratch.file("in.csv", "belt_speed,rpm\n0.1,7\n");
     scratch.run(&run).refuses(&["in.csv:1: column 2", "numbers of `rpm` are not read", "call it `#rpm`"]);
+    // Also where the first rows leave them out; a column of text may have a number in it.
+    scratch.file("in.csv", "belt_speed,rpm\n0.1,\n0.1,7\n");
+    scratch.run(&run).refuses(&["numbers of `rpm` are not read"]);
+    scratch.file("in.csv", written.replace("b,0.2", "7,0.2"));
+    scratch.run(&run).ends_with(0);
+    std::fs::remove_file(scratch.path().join("out.csv")).unwrap();
     scratch.file("in.csv", written);
     scratch.run(&run).ends_with(0);
     let text = scratch.read("out.csv");
