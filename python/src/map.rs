@@ -76,7 +76,8 @@ impl Memory {
 
 /// An array of one value, or Python's error where there is no memory for it.
 fn filled<T: Clone>(shape: &[usize], value: T) -> PyResult<ArrayD<T>> {
-    let too_large = || PyMemoryError::new_err(format!("an array of {shape:?} cells does not fit into memory"));
+    let too_large =
+        || PyMemoryError::new_err(format!("an array of {shape:?} cells does not fit into memory"));
     let count = shape.iter().try_fold(1usize, |all, &len| all.checked_mul(len)).ok_or_else(too_large)?;
     let mut cells = Vec::new();
     cells.try_reserve_exact(count).map_err(|_| too_large())?;
