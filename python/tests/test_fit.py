@@ -1,7 +1,7 @@
 """Measured friction: tables and fits, against the program."""
 
-import pickle
 import json
+import pickle
 
 import numpy as np
 import pandas as pd
