@@ -177,6 +177,10 @@ impl Measured {
                 Level::Given(level)
             }
             (_, None) => Level::First,
+            (_, Some([friction, error])) if self.is_record && !self.is_of_both(onset) => {
+                said.push(format!("friction at rest is {} in one direction", told(friction, error)));
+                Level::First
+            }
             (_, Some([friction, error])) => {
                 let off = friction - curve.friction[0];
                 said.push(format!("friction at rest is {}", told(friction, error)));
@@ -213,6 +217,12 @@ impl Measured {
         };
         let table = table.and_then(of).map(|table| table.with_source(source));
         table.map_err(|error| (format!("{}: {}", self.name, error.problem), error.remedy))
+    }
+
+    /// Whether readings at rest are of both directions of slip if those in slip are: else they say nothing of the mean.
+    fn is_of_both(&self, onset: &[Reading]) -> bool {
+        let has = |rows: &[Reading], backward: bool| rows.iter().any(|row| row.backward == backward);
+        [false, true].into_iter().all(|of| has(onset, of) || !has(&self.in_slip, of))
     }
 
     /// The mean of readings at rest with its standard error, two of which are those of 95 %; that of a single one is the

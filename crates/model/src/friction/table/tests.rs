@@ -229,6 +229,7 @@ fn correlated_errors_are_those_of_data_that_move_together() {
     let deviation = (drawn.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / 1e4).sqrt();
     let found = mixed.standard_error_of_weakening(0.3).unwrap();
     assert!((found / deviation - 1.0).abs() < 0.05, "{found} {deviation}");
+    assert_eq!(mixed.with_error_of_curve(), mixed);
     let law = Law::Table(mixed.clone());
     assert_eq!(Law::from_definition(law.name(), &law.definition()), Some(law));
     let scaled = mixed.in_units(2.0, 0.5).unwrap();
