@@ -251,6 +251,29 @@ mod tests {
         );
     }
 
+    /// Readings that scatter: the orbit turns next to two rows between which friction falls at once.
+    #[test]
+    fn data_that_scatter_are_proved() {
+        let data = [
+            (0.0, 1.0),
+            (0.021866965, 0.95892523),
+            (0.114450572, 0.846587906),
+            (0.164998255, 0.811430703),
+            (0.2170343996, 0.8173090275),
+            (0.218272982, 0.785263793),
+            (0.2921409775, 0.7518592133),
+            (0.355308, 0.752849),
+            (0.409898, 0.732692),
+            (0.542248, 0.692422),
+            (1.161892, 0.655463),
+            (6.0, 0.62),
+        ];
+        let table = Law::Table(Table::new("data", &data, 1.0).unwrap());
+        let proof = prove(&brake(&table, &[], 0.109_932_745_5));
+        let found = proof.critical();
+        assert!(proof.stop.is_none() && found.hi - found.lo < 1e-3 * found.hi, "{proof:?}");
+    }
+
     /// Where no damping is small enough, one curve proves absence at all.
     #[test]
     fn rising_friction_has_no_cycle() {
