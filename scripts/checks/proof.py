@@ -21,8 +21,8 @@ import sys
 from flint import arb, arb_series, ctx
 
 ctx.prec = 128
-# Order of the Taylor form of a cell; halvings of a piece; largest numbers of curves, pieces and control points.
-ORDER, HALVINGS = 11, 16
+# Order of the Taylor form of a cell; halvings and cells of a piece; largest numbers of curves, pieces and control points.
+ORDER, HALVINGS, CELLS = 11, 50, 2000
 CURVES, PIECES, POINTS = 3, 1000, 32
 
 FORMAT = "slipmap proof of a point 2"
@@ -218,13 +218,12 @@ class Law:
         env = {**env, **dict(zip(formula.names, values))}
         level = number(float(level))
         need(level > 0, "no friction at rest")
-        ends = sorted(set(map(float, (corner.mid() for corner in formula.corners))))
-        corners = sorted(formula.corners, key=lambda corner: float(corner.mid()))
-        need(len(ends) == len(corners) or all(corner.is_exact() for corner in corners), "corners that are not numbers")
-        bounds = [arb(0), *corners, arb("inf")]
+        order = sorted(range(len(formula.corners)), key=lambda i: float(formula.corners[i].mid()))
+        bounds = [arb(0), *(formula.corners[i] for i in order), arb("inf")]
+        need(all(a <= b for a, b in zip(bounds, bounds[1:])) or len(order) < 2, "corners whose order is not known")
         self.pieces = []
-        for lo, hi in zip(bounds, bounds[1:]):
-            above = [corner <= lo for corner in formula.corners]
+        for k, (lo, hi) in enumerate(zip(bounds, bounds[1:])):
+            above = [i in order[:k] for i in range(len(order))]
             phi = lambda u, above=above: formula.at(formula.tree, u, env, above) / level
             self.pieces.append((lo, hi, phi))
         self.rest(self.pieces[0][2](arb_series([0], 1))[0], may_drop)
@@ -291,6 +290,7 @@ def polynomial(c, x):
 class Piece:
     def __init__(self, points, law, belt_speed, viscous, sign):
         self.law, self.belt_speed, self.viscous, self.sign = law, belt_speed, viscous, sign
+        self.cells = 0
         speeds = sorted(points[0], key=float)
         self.least, self.most = speeds[0], speeds[-1]
         self.u, self.y = map(coefficients, points)
@@ -330,6 +330,9 @@ class Piece:
 
     def is_crossed(self, lo=0.0, hi=1.0, halvings=HALVINGS):
         """Whether S has its sign on [lo, hi], with each piece of the law that the curve passes there."""
+        self.cells += 1
+        if self.cells > CELLS:
+            return False
         x = arb_series([arb((lo + hi) / 2, (hi - lo) / 2)], 1)
         u = polynomial(self.u, x)[0].intersection(self.least.union(self.most))
         # A piece of the law that the curve touches only, from one side, does not count; ends are compared exactly.

@@ -368,7 +368,7 @@ impl OneWay {
     }
 
     /// All that the lemma asks of the curve but the sign of S.
-    fn lies_well(&self, field: &Field) -> Result<(), Fault> {
+    pub(super) fn lies_well(&self, field: &Field) -> Result<(), Fault> {
         let known = field.law.reach();
         for (piece, points) in (1..).zip(self.pieces.iter()) {
             let is_polynomial = (2..=MOST_DEGREE + 1).contains(&points.len());

@@ -97,11 +97,12 @@ struct Trial {
 
 impl Half<'_> {
     fn trial(&self, from: State, time: f64, h: f64) -> Option<Trial> {
+        let flow = self.flow.near(from, self.sign);
+        let h = h.min(flow.room(from, self.sign));
         let mut end = (time + h).min(self.time);
         if self.time - end < 0.2 * h {
             end = self.time;
         }
-        let flow = self.flow.near(from, self.sign);
         let (mut states, left) = Self::states(&flow, from, self.sign, end - time)?;
         if end == self.time {
             states[COUNT - 1] = self.to;

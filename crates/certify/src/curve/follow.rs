@@ -72,6 +72,15 @@ impl<'a> Turned<'a> {
         Self { section: [lo, hi], ..*self }
     }
 
+    /// A time in which a state hardly goes beyond its section, at its speed: in a longer step it might leave the section
+    /// and come back, by a law that is not the one there.
+    pub(super) fn room(&self, state: State, sign: f64) -> f64 {
+        let ([lo, hi], speed) = (self.section, sign * self.rate(state)[0]);
+        let time = if speed > 0.0 { (hi - state[0]) / speed } else { (lo - state[0]) / speed };
+        let is_bounded = time > 0.0 && (speed > 0.0 || lo > 0.0);
+        if is_bounded { 1.5 * time } else { f64::INFINITY }
+    }
+
     /// The state on the way from one to a later one at which the flow leaves its section, and the time from
     /// the later one to it, which is negative in the direction `sign`; `None` where it does not leave, or the
     /// way is hardly across.
@@ -187,6 +196,7 @@ impl<'a> Turned<'a> {
         let mut has_turned = false;
         for _ in 0..MOST_STEPS {
             let flow = self.near(state, sign);
+            h = h.min(flow.room(state, sign));
             let (mut next, error) = flow.step(state, sign * h);
             if !(error <= 1.0) && h > 1e-12 {
                 h *= if error.is_finite() { (0.8 * error.powf(-1.0 / 13.0)).clamp(0.1, 0.7) } else { 0.1 };

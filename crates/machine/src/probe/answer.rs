@@ -214,8 +214,8 @@ impl Answer {
     }
 
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters
-    /// fixed. Takes much longer than all other answers; without `slow`, which is `validated` and the naive methods, a
-    /// fifth of that.
+    /// fixed. Takes much longer than all other answers; without `slow`, which is `validated` and the naive
+    /// methods, a fifth of that.
     pub fn limits(&self, slow: bool) -> Vec<Limit> {
         let ray = Ray::new(&self.law, &self.point, self.tolerance);
         let is_slow = |method| matches!(method, Method::Naive(..)) || method == Method::validated();
@@ -366,7 +366,8 @@ mod tests {
     use super::*;
     use slipmap_model::friction::{Expression, Table};
 
-    /// Orbits pass the end of the data: what the proof does not decide has no margin of presence, and its reason.
+    /// Orbits pass the end of the data: what the proof does not decide has no margin of presence, and its
+    /// reason.
     #[test]
     fn a_proof_that_decides_nothing_says_why() {
         let law = Law::Table(Table::new("short", &[(0.0, 1.0), (0.5, 0.8), (1.5, 0.7)], 1.0).unwrap());
@@ -379,7 +380,8 @@ mod tests {
         assert!(reason.contains("what is known of the law ends"), "{reason}");
     }
 
-    /// Of a law with more waves than pieces the balance of energy has no sign; of data that end there is none.
+    /// Of a law with more waves than pieces the balance of energy has no sign; of data that end there is
+    /// none.
     #[test]
     fn a_balance_that_is_not_known_says_so() {
         let waves = Law::Expression(Expression::new("1 - 0.001*sin(30000*u)", 1.0).unwrap());
@@ -416,8 +418,8 @@ mod tests {
         }
     }
 
-    /// The divergence is so large that the polar angle of the orbit is not monotone, and the count of slip cycles may be
-    /// missing: curves prove both verdicts.
+    /// The divergence is so large that the polar angle of the orbit is not monotone, and the count of slip
+    /// cycles may be missing: curves prove both verdicts.
     #[test]
     fn a_steep_brake_is_decided_by_curves() {
         let law = Law::Exponential;
