@@ -15,6 +15,7 @@ __all__ = [
     "Map",
     "REGIMES",
     "USUAL_METHODS",
+    "SCHEMA",
     "VERDICTS",
     "__version__",
     "backbone",
@@ -33,6 +34,7 @@ __all__ = [
 ]
 
 __version__: str
+SCHEMA: int
 VERDICTS: list[tuple[str, int]]
 REGIMES: list[tuple[str, int, str]]
 METHODS: list[tuple[str, str, str, str]]
@@ -55,6 +57,8 @@ class Law:
     def with_drop(self) -> Law: ...
     @staticmethod
     def from_definition(name: str, definition: str) -> Law: ...
+    @staticmethod
+    def from_text(text: str) -> Law: ...
     def read_as_small(self) -> Law: ...
     @property
     def is_read_as_small(self) -> bool: ...
@@ -106,6 +110,8 @@ class Machine:
     @property
     def uncertain(self) -> list[tuple[str, list[float]]]: ...
     @property
+    def notes(self) -> list[str]: ...
+    @property
     def doubts(self) -> list[str]: ...
     def point(self) -> tuple[Law, list[float], list[float]]: ...
     def probe(self, tolerance: float) -> str: ...
@@ -146,9 +152,17 @@ def curves(
 ) -> list[tuple[str, _Reals, _Reals, _Reals]]: ...
 
 def measured(
-    name: str, rows: bytes, static_level: float | None, at_peak: bool, forces: bool | None
+    name: str,
+    rows: bytes,
+    static_level: float | None,
+    at_peak: bool,
+    forces: bool | None,
+    kind: str | None,
+    direction: str | None,
 ) -> tuple[Law, bool]: ...
-def fit(name: str, rows: bytes, law: str | None, forces: bool | None) -> tuple[Law, str, str]: ...
+def fit(
+    name: str, rows: bytes, law: str | None, forces: bool | None, kind: str | None, direction: str | None
+) -> tuple[Law, str, str]: ...
 
 _Attributes = dict[str, Any]
 

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from . import _fingerprints
+from . import _core, _fingerprints
 
 CURVES = "curves"
 
@@ -66,6 +66,12 @@ def open_map(
     with h5py.File(name, "r") as file:
         if "law" not in file.attrs or file.attrs.get("complete") != 1:
             raise MapError(f"{name}: this is no complete map of slipmap")
+        layout = np.ravel(file.attrs.get("schema", [])).tolist()
+        if layout != [_core.SCHEMA]:
+            raise MapError(
+                f"{name}: its layout has number {layout}, and this version of slipmap reads number {_core.SCHEMA}; use the "
+                "version that wrote it"
+            )
         if chunks is not None and not chunks:
             chunks = _blocks(file)
     if verify:

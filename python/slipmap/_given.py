@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from typing import Any
 
 import pandas as pd
@@ -22,10 +23,13 @@ def header(name: str, quantity: str, column: Any) -> str:
         except ValueError:
             continue
         if size != 1.0:
-            raise ValueError(
-                f"the name of the Series, {column.name!r}, has a unit that is not of SI, and its values may have been converted: "
-                "give a DataFrame of both columns, whose units are read, or numbers in SI units, series.to_numpy()"
+            # A Series keeps its name when it is divided by 1000.
+            warnings.warn(
+                f"the name of the Series, {column.name!r}, has a unit that is not of SI; its numbers are taken in SI units, "
+                "as any numbers are. Units of a DataFrame of both columns are read",
+                stacklevel=4,
             )
+            return name
         return f"{name} [{found[1]}]"
     return name
 

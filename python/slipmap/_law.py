@@ -249,7 +249,14 @@ class Law:
 
     @classmethod
     def from_csv(
-        cls, path: str | os.PathLike[str], *, static: float | None = None, rest: str | None = None, quantity: str | None = None
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        static: float | None = None,
+        rest: str | None = None,
+        quantity: str | None = None,
+        kind: str | None = None,
+        direction: str | None = None,
     ) -> Law:
         """A measured law from a file as rigs and spreadsheets write it, for a :class:`slipmap.Machine`: in SI units.
 
@@ -257,12 +264,16 @@ class Law:
         ----------
         path : str or path
             The file: slip speed and friction, perhaps its standard error or the time, in any order, encoding and units,
-            which the header names. Readings of one speed, many that scatter and records over time are averaged.
+            which the header names. Readings are reduced to a curve with errors; few are taken as they are.
         static, rest
             As in :meth:`table`.
         quantity : {"coefficient", "force"}, optional
             What the friction is where the header has no unit. Forces belong to the normal force at which they were measured:
             divided by it they are coefficients, for machines, maps and sweeps with any normal force.
+        kind : {"record", "curve", "rows"}, optional
+            Whether the rows are a record over time, independent readings, or the law itself; left out, what the file says.
+        direction : {"mean", "forward", "backward"}, optional
+            Of which direction of slip friction is taken.
 
         Raises
         ------
@@ -277,11 +288,18 @@ class Law:
         >>> round(float(slipmap.Law.from_csv(path).phi(0.1)), 12)
         0.7
         """
-        return cls._measured(*_given.file(path), static, rest, quantity)
+        return cls._measured(*_given.file(path), static, rest, quantity, kind, direction)
 
     @classmethod
     def from_dataframe(
-        cls, data: pd.DataFrame, *, static: float | None = None, rest: str | None = None, quantity: str | None = None
+        cls,
+        data: pd.DataFrame,
+        *,
+        static: float | None = None,
+        rest: str | None = None,
+        quantity: str | None = None,
+        kind: str | None = None,
+        direction: str | None = None,
     ) -> Law:
         """A measured law from the columns of a DataFrame, which :meth:`from_csv` would read from a file.
 
@@ -292,12 +310,22 @@ class Law:
         >>> round(float(slipmap.Law.from_dataframe(data).phi(0.1)), 12)
         0.7
         """
-        return cls._measured(*_given.columns(data), static, rest, quantity)
+        return cls._measured(*_given.columns(data), static, rest, quantity, kind, direction)
 
     @classmethod
-    def _measured(cls, name: str, rows: bytes, static: float | None, rest: str | None, quantity: str | None) -> Law:
+    def _measured(
+        cls,
+        name: str,
+        rows: bytes,
+        static: float | None,
+        rest: str | None,
+        quantity: str | None,
+        kind: str | None,
+        direction: str | None,
+    ) -> Law:
         level = None if static is None else float(static)
-        law, forces = _core.measured(name, rows, level, _is_at_peak(rest, static), _is_force(quantity))
+        at_peak, forces = _is_at_peak(rest, static), _is_force(quantity)
+        law, forces = _core.measured(name, rows, level, at_peak, forces, kind, direction)
         return cls(law, {}, quantity="force" if forces else "coefficient")
 
     @classmethod
@@ -309,6 +337,8 @@ class Law:
         *,
         law: str | None = None,
         quantity: str | None = None,
+        kind: str | None = None,
+        direction: str | None = None,
     ) -> Fit:
         """Fits laws to measured friction, for a :class:`slipmap.Machine`, as ``slipmap fit`` does.
 
@@ -317,11 +347,11 @@ class Law:
         data : str, path, DataFrame or array_like
             A file or a DataFrame, read as by :meth:`from_csv`; or slip speeds.
         friction, stderr : array_like
-            Friction at these slip speeds and, optionally, its standard error, in SI units. Of a Series whose name has a unit
-            that must be the SI unit.
+            Friction at these slip speeds and, optionally, its standard error, in SI units. A Series whose name has
+            another unit is taken in SI units, too, with a warning.
         law : str, optional
             Which law to take in place of the best one, by its name in the table of laws.
-        quantity : {"coefficient", "force"}, optional
+        quantity, kind, direction
             As in :meth:`from_csv`.
 
         Returns
@@ -354,7 +384,7 @@ class Law:
             source = _given.columns(pd.DataFrame({names[0]: u, names[1]: level, **errors}))
         else:
             source = _given.columns(data) if isinstance(data, pd.DataFrame) else _given.file(data)
-        core, answer, toml = _core.fit(*source, law, _is_force(quantity))
+        core, answer, toml = _core.fit(*source, law, _is_force(quantity), kind, direction)
         found = decode(Fitted, json.loads(answer))
         best = found.fit
         rows = np.linalg.cholesky(np.array(best.covariance))

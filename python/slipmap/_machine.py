@@ -259,6 +259,11 @@ class Machine:
         return self._core.motion
 
     @property
+    def notes(self) -> list[str]:
+        """What was read, in words: units that are not those of SI, and how measured friction was understood."""
+        return self._core.notes
+
+    @property
     def doubts(self) -> list[str]:
         """Numbers that suggest other units, in words."""
         return self._core.doubts

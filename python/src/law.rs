@@ -3,10 +3,13 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use slipmap::config::{self, Level, number_in};
-use slipmap::friction::{Function, Law as Family, PointError, Table};
+use pyo3::types::PyTuple;
+use slipmap::config::{self, About, LawText, Level, Origin, Wrong, number_in};
+use slipmap::friction::{Function, Law as Family, PointError};
 use slipmap::machine::{Coefficients, DAMPING_RATIO, Motion, unit};
 use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
+
+use crate::point::json;
 
 /// A family of friction laws; its parameters are given at every call.
 #[pyclass(frozen, module = "slipmap._core")]
@@ -25,10 +28,8 @@ impl Law {
     /// A law given as a formula.
     #[staticmethod]
     fn expression(formula: &str, static_level: Option<f64>, at_peak: bool) -> PyResult<Self> {
-        let law = level(static_level, at_peak)?
-            .formula(formula)
-            .map_err(|error| told((config::point_into(formula, &error), error.remedy)))?;
-        Ok(Self { law })
+        let text = LawText { name: "expression".into(), phi: Some(formula.into()), ..LawText::default() };
+        made(text, static_level, at_peak)
     }
 
     /// A law given by data.
@@ -41,27 +42,17 @@ impl Law {
         at_peak: bool,
         origin: &str,
     ) -> PyResult<Self> {
-        let level = level(static_level, at_peak)?;
-        let told = |error: slipmap::friction::TableError| {
-            let row = error.row.map_or(String::new(), |row| format!("row {row}: "));
-            PyValueError::new_err(format!("{row}{error}"))
-        };
-        let data: Vec<(f64, f64)> =
-            u.as_array().iter().copied().zip(friction.as_array().iter().copied()).collect();
-        let law = match level {
-            Level::Given(level) => Table::with_static(origin, &data, level),
-            Level::Peak => Table::with_rest_at_peak(origin, &data),
-            Level::First | Level::One => {
-                Table::new(origin, &data, data.first().map_or(1.0, |(_, friction)| *friction))
-            }
-        };
-        let mut law = law.map_err(told)?;
+        let mut rows: Vec<Vec<f64>> =
+            u.as_array().iter().zip(friction.as_array()).map(|(u, friction)| vec![*u, *friction]).collect();
         if let Some(errors) = errors {
-            // With the rest at the peak the rows below it are one row.
-            let below = data.len() - law.data().count();
-            law = law.with_standard_errors(&errors.as_array().to_vec()[below..]).map_err(told)?;
+            rows.iter_mut().zip(errors.as_array()).for_each(|(row, error)| row.push(*error));
         }
-        Ok(Self { law: Family::Table(law.with_error_of_curve()) })
+        let source = Some(Origin { file: origin.into(), ..Origin::default() });
+        // In units of friction at rest: of the first row.
+        let first = rows.first().map(|row| row[1]).filter(|level| !at_peak && *level > 0.0);
+        let level = static_level.or(first);
+        let text = LawText { name: "table".into(), rows: Some(rows), source, ..LawText::default() };
+        made(text, level, at_peak)
     }
 
     /// Whether the law is a table with standard errors.
@@ -146,10 +137,24 @@ impl Law {
         Ok(Self { law: if law.is_read_as_small() { table.read_as_small() } else { table } })
     }
 
-    /// How to make the law again, for pickle.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (&'static str, String))> {
-        let again = py.get_type::<Self>().getattr("from_definition")?;
-        Ok((again, (self.name(), self.definition())))
+    /// The table that was described in JSON.
+    #[staticmethod]
+    fn from_text(text: &str) -> PyResult<Self> {
+        let text: LawText =
+            serde_json::from_str(text).map_err(|why| PyValueError::new_err(why.to_string()))?;
+        let law = text.law(About::Oscillator).map_err(|wrong| of_wrong(&wrong, ""))?;
+        Ok(Self { law })
+    }
+
+    /// How to make the law again, for pickle: a table with what is known of its file.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let is_table = matches!(self.law.as_written(), Family::Table(_));
+        let text = LawText::of(&self.law, About::Oscillator).filter(|_| is_table);
+        let (again, arguments) = match text {
+            Some(text) => ("from_text", vec![json(&text)?]),
+            None => ("from_definition", vec![self.name().to_owned(), self.definition()]),
+        };
+        Ok((py.get_type::<Self>().getattr(again)?, PyTuple::new(py, arguments)?))
     }
 
     #[getter]
@@ -281,6 +286,18 @@ pub(crate) fn level(given: Option<f64>, at_peak: bool) -> PyResult<Level> {
     }
 }
 
+/// The law that is described.
+fn made(text: LawText, static_level: Option<f64>, at_peak: bool) -> PyResult<Law> {
+    let text = LawText { static_level, rest: at_peak.then(|| "peak".to_owned()), ..text };
+    let wrong = |wrong: Wrong| of_wrong(&wrong, text.phi.as_deref().unwrap_or_default());
+    Ok(Law { law: text.law(About::Oscillator).map_err(wrong)? })
+}
+
+/// What is wrong, with its key, and the remedy.
+pub(crate) fn of_wrong(wrong: &Wrong, formula: &str) -> PyErr {
+    told((format!("{}: {}", wrong.key, wrong.words(formula)), wrong.remedy.clone()))
+}
+
 /// The point of values in the order of [`Law::axis_names`], `place` being where the caller has them.
 pub(crate) fn legal_point(law: &Family, values: &[f64], place: impl Fn() -> String) -> PyResult<Point> {
     config::point_of(law, values).map_err(|error| {
@@ -302,7 +319,11 @@ pub(crate) fn point_of(law: &Family, values: &[f64]) -> PyResult<Point> {
 
 /// Checks that the law is legal at the slip speeds of a point.
 pub(crate) fn check_law(law: &Family, point: &Point) -> PyResult<()> {
-    config::check_law(law, point).map_err(told)
+    let formula = |law: &Family| match law.as_written() {
+        Family::Expression(formula) => formula.text().into_owned(),
+        _ => String::new(),
+    };
+    config::check_law(law, point).map_err(|wrong| told((wrong.words(&formula(law)), wrong.remedy)))
 }
 
 /// What is wrong, and the remedy.

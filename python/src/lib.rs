@@ -26,6 +26,7 @@ use slipmap::map::Field;
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("SCHEMA", slipmap::dataset::SCHEMA)?;
     module.add("VERDICTS", Verdict::ALL.map(|verdict| (verdict.name(), verdict.code())).to_vec())?;
     let regimes = Regime::ALL.map(|it| (it.name(), it.code(), slipmap::probe::regime_words(it)));
     module.add("REGIMES", regimes.to_vec())?;

@@ -10,7 +10,7 @@ use slipmap::assessment::{StandardErrors, assess_fitted, with_errors};
 use slipmap::behaviour::behaviour;
 use slipmap::column::Method;
 use slipmap::column::critical::{NoCriticalDamping, critical_dampings};
-use slipmap::config::{check_names, load_machine};
+use slipmap::config::{conversion, load_machine, machine_of};
 use slipmap::friction::{Column, Expression, Law as Family};
 use slipmap::machine::{self as engine, Coefficients, Friction, Model, NORMAL_FORCE};
 use slipmap::map::Shown;
@@ -19,7 +19,7 @@ use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk, uncertain_cri
 use slipmap_page::{MachinePage, Subject, to_json};
 
 use crate::columns::{columns_of, in_tasks};
-use crate::law::{Law, check_law, motion_of};
+use crate::law::{Law, motion_of, of_wrong};
 use crate::point::{check_tolerance, json};
 use crate::work::run;
 
@@ -62,10 +62,7 @@ fn spread_of(numbers: &[f64]) -> Option<Spread> {
 /// Refuses a law that is not the friction of a machine.
 fn check_friction(law: &Family) -> PyResult<()> {
     match law.as_written() {
-        Family::Expression(formula) => {
-            check_names(formula).map_err(|error| PyValueError::new_err(error.problem))
-        }
-        Family::Table(_) => Ok(()),
+        Family::Expression(_) | Family::Table(_) => Ok(()),
         law if Family::BUILT_IN.map(Family::with_exponent).contains(&law.clone().with_exponent()) => Ok(()),
         law => Err(PyValueError::new_err(format!(
             "friction: a machine has the friction of a built-in law, a formula or a table, not of {} with more",
@@ -109,28 +106,28 @@ impl Machine {
         };
         let names = engine::Machine::names(&law, |name| value(name).is_some());
         let missing = names.iter().find(|name| **name != NORMAL_FORCE && value(name).is_none());
-        let machine = engine::Machine::new(motion, &law, value).ok_or_else(|| {
-            let missing = missing.copied().unwrap_or_default();
-            let remedy = match missing {
+        if let Some(missing) = missing {
+            let remedy = match *missing {
                 "stribeck_velocity" => ", or friction=Law.coulomb(), which drops as slip begins",
                 _ => "",
             };
-            PyTypeError::new_err(format!("the machine also needs {missing}{remedy}"))
-        })?;
+            return Err(PyTypeError::new_err(format!("the machine also needs {missing}{remedy}")));
+        }
         if let Some(unknown) = quantities.keys().find(|name| !names.contains(&name.as_str())) {
-            let of = machine.friction.law_name();
+            let of = law.name();
             let known = names.join(", ");
             return Err(PyTypeError::new_err(format!(
                 "`{unknown}` is no quantity of a machine of the law `{of}` beside the others; it has: {known}"
             )));
         }
-        if let Some((name, value, wanted)) = machine.illegal() {
-            return Err(PyValueError::new_err(format!("{name} = {value}: must be {wanted}")));
-        }
-        let rest = machine.friction.at_rest();
-        if !machine.friction.is_legal_at_rest() {
-            return Err(PyValueError::new_err(format!("friction at rest is {rest}: must be greater than 0")));
-        }
+        let formula = match law.as_written() {
+            Family::Expression(formula) => formula.text().into_owned(),
+            _ => String::new(),
+        };
+        let machine = machine_of(motion, &law, value, value).map_err(|wrong| match value(wrong.key) {
+            Some(given) => PyValueError::new_err(format!("{} = {given}: {}", wrong.key, wrong.problem)),
+            None => of_wrong(&wrong, &formula),
+        })?;
         // In the order given, which is that of the random numbers.
         let spread = |(name, numbers): &(String, Numbers)| {
             Some((names.iter().copied().find(|known| known == name)?, spread_of(numbers)?))
@@ -141,10 +138,7 @@ impl Machine {
             Some((name, Some(Shown { unit, size })))
         });
         let written = written.collect();
-        let made = Self { machine, uncertain, written };
-        let Model { law, point, .. } = made.model()?;
-        check_law(&law, &point)?;
-        Ok(made)
+        Ok(Self { machine, uncertain, written })
     }
 
     /// The machine of a configuration, with other values of some quantities.
@@ -203,6 +197,20 @@ impl Machine {
             Spread::Joint { row } => row.to_vec(),
         };
         self.uncertain.iter().map(|(name, spread)| (*name, numbers(spread))).collect()
+    }
+
+    /// What the program tells of what it read: other units in SI, and how measured friction was understood.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (name, shown) in &self.written {
+            let told = shown.as_ref().map(|of| conversion(&of.unit, of.size, self.machine.unit(name)));
+            notes.extend(told.filter(|told| !notes.contains(told)));
+        }
+        if let Friction::Measured(table) = &self.machine.friction {
+            notes.extend(table.source().told.clone());
+        }
+        notes
     }
 
     /// What the program would warn of: numbers that suggest other units.
@@ -268,7 +276,7 @@ impl Machine {
             let risk = match found.transpose() {
                 Ok(found) => found,
                 // The rest of the page does not depend on it.
-                Err(NoRisk::NoneFound) => None,
+                Err(NoRisk::NoneFound | NoRisk::NoneFollowed) => None,
                 Err(why) => return Err(why.to_string()),
             };
             let subject = Subject {

@@ -1,12 +1,13 @@
 //! Maps in memory: the run of the library with arrays as its sink.
 
+use std::ffi::CString;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use numpy::ndarray::ArrayD;
 use numpy::{PyArray1, PyArrayMethods, ToPyArray};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipmap::config::Job;
@@ -14,7 +15,7 @@ use slipmap::dataset::attributes::{self, Outcome};
 use slipmap::dataset::{Auxiliary, Contents, Provenance, Schema, Series, Value, auxiliary, curves, si_name};
 use slipmap::friction::Law as Family;
 use slipmap::map::{Chances, ComputeError, Control, Each, Field, Grid, Plan, PlaneCurves, TileData};
-use slipmap::risk::Uncertain;
+use slipmap::risk::{NoRisk, Uncertain};
 
 use crate::columns::method;
 use crate::law::{Law, choose};
@@ -42,17 +43,17 @@ struct Memory {
 }
 
 impl Memory {
-    fn new(plan: &Plan) -> Self {
+    fn new(plan: &Plan) -> PyResult<Self> {
         let schema = Schema::of(plan);
         let empty = |variable| {
             let shape = schema.shape(variable);
-            Mutex::new(match variable.codes() {
-                Some(_) => Cells::Codes(ArrayD::from_elem(shape, variable.fill_code())),
-                None => Cells::Reals(ArrayD::from_elem(shape, f64::NAN)),
-            })
+            Ok(Mutex::new(match variable.codes() {
+                Some(_) => Cells::Codes(filled(&shape, variable.fill_code())?),
+                None => Cells::Reals(filled(&shape, f64::NAN)?),
+            }))
         };
-        let cells = schema.variables.iter().map(empty).collect();
-        Self { schema, cells }
+        let cells = schema.variables.iter().map(empty).collect::<PyResult<_>>()?;
+        Ok(Self { schema, cells })
     }
 
     /// Copies the tile to its place: workers fill different cells.
@@ -71,6 +72,17 @@ impl Memory {
             }
         }
     }
+}
+
+/// An array of one value, or Python's error where there is no memory for it.
+fn filled<T: Clone>(shape: &[usize], value: T) -> PyResult<ArrayD<T>> {
+    let too_large =
+        || PyMemoryError::new_err(format!("an array of {shape:?} cells does not fit into memory"));
+    let count = shape.iter().try_fold(1usize, |all, &len| all.checked_mul(len)).ok_or_else(too_large)?;
+    let mut cells = Vec::new();
+    cells.try_reserve_exact(count).map_err(|_| too_large())?;
+    cells.resize(count, value);
+    ArrayD::from_shape_vec(shape, cells).map_err(|_| too_large())
 }
 
 /// Copies the cells of a box, row-major, into an array; a variable may lack the last axis.
@@ -200,6 +212,12 @@ impl Map {
     }
 }
 
+/// Warns as the program does on its standard error.
+fn warn(py: Python<'_>, words: &str) -> PyResult<()> {
+    let words = CString::new(words)?;
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &words, 1)
+}
+
 /// Computes the map of a plan.
 fn compute(
     py: Python<'_>,
@@ -209,20 +227,17 @@ fn compute(
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Map> {
-    let memory = py.detach(|| Memory::new(plan));
+    let memory = py.detach(|| Memory::new(plan))?;
     // The run of the library creates its own threads.
     let summary = run(py, Some(1), progress.as_ref(), |steering| {
         let on_cells = |cells| steering.advance(cells);
         let control = Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
         let summary = slipmap::map::run(plan, &Each(|data| memory.fill(data)), &control)?;
         let chances = Chances::of(&plan.grid, uncertain);
-        let probability = chances.and_then(|chances| {
-            let found = chances.probabilities(threads, &steering.stop).ok()?;
-            Some(auxiliary::probability(found.values, chances.draws))
-        });
-        Ok((summary, probability))
+        let found = chances.map(|chances| (chances.probabilities(threads, &steering.stop), chances.draws));
+        Ok((summary, found))
     })?;
-    let (summary, probability) = summary.map_err(|error| match error {
+    let (summary, found) = summary.map_err(|error| match error {
         ComputeError::Interrupted => PyKeyboardInterrupt::new_err("the map was interrupted"),
         ComputeError::Threads(why) => PyRuntimeError::new_err(why),
         ComputeError::Sink(never) => match never {},
@@ -235,7 +250,21 @@ fn compute(
     let outcome = Outcome::of(plan, &summary);
     all.extend(attributes::closing(&outcome));
     let (curves, mut pieces) = (outcome.curves, outcome.auxiliary);
-    pieces.extend(probability);
+    match found {
+        Some((Ok(found), draws)) => {
+            if found.failed > 0 {
+                let all = draws * plan.grid.column_count();
+                let why = "since the critical damping was not found";
+                warn(py, &format!("{} of {all} draws without an answer, {why}", found.failed))?;
+            }
+            pieces.push(auxiliary::probability(found.values, draws));
+        }
+        Some((Err(NoRisk::Interrupted), _)) => {
+            return Err(PyKeyboardInterrupt::new_err("the map was interrupted"));
+        }
+        Some((Err(why), _)) => warn(py, &format!("{why}; the map has no probability"))?,
+        None => {}
+    }
     Ok(Map { schema, cells: cells.collect(), attributes: all, curves, pieces })
 }
 
@@ -288,6 +317,7 @@ pub(crate) fn run_config(
         config_text: job.config_text,
         command_line: "slipmap.run".into(),
         git: slipmap::GIT.into(),
+        threads: 1,
     };
     compute(py, &job.plan, &job.uncertain, &provenance, threads, progress)
 }

@@ -2,14 +2,16 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use slipmap::config::{Measured, OfMachine, law_of};
+use slipmap::config::{How, Measured, OfMachine, law_of};
 use slipmap::friction::{Expression, Law as Family};
 
 use crate::law::{Law, level, told};
 use crate::point::json;
 
-fn read(name: &str, rows: &[u8], forces: Option<bool>) -> PyResult<Measured> {
-    Measured::of_bytes(name, rows, Some(OfMachine { motion: None, forces })).map_err(told)
+fn read(name: &str, rows: &[u8], forces: Option<bool>, how: [Option<&str>; 2]) -> PyResult<Measured> {
+    let machine = Some(OfMachine { motion: None, forces });
+    let how = How { machine, ..How::named(how[0], how[1]).map_err(told)? };
+    Measured::of_bytes(name, rows, how).map_err(told)
 }
 
 /// The law through the rows of a file, in SI units, and whether they are forces.
@@ -20,9 +22,11 @@ pub(crate) fn measured(
     static_level: Option<f64>,
     at_peak: bool,
     forces: Option<bool>,
+    kind: Option<&str>,
+    direction: Option<&str>,
 ) -> PyResult<(Law, bool)> {
     let level = level(static_level, at_peak)?;
-    let measured = read(name, rows, forces)?;
+    let measured = read(name, rows, forces, [kind, direction])?;
     let law = Family::Table(measured.table(level).map_err(told)?);
     Ok((Law { law }, measured.holds_forces()))
 }
@@ -36,8 +40,10 @@ pub(crate) fn fit(
     rows: &[u8],
     law: Option<&str>,
     forces: Option<bool>,
+    kind: Option<&str>,
+    direction: Option<&str>,
 ) -> PyResult<(Law, String, String)> {
-    let measured = read(name, rows, forces)?;
+    let measured = read(name, rows, forces, [kind, direction])?;
     let law = law.map(law_of).transpose().map_err(told)?;
     let fits = py.detach(|| measured.fits(law)).map_err(told)?;
     let chosen = fits.chosen();

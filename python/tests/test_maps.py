@@ -77,6 +77,21 @@ def test_damage_is_found(stored, tmp_path):
         os.remove(path)
 
 
+def test_other_layouts_are_refused(stored, tmp_path):
+    path = tmp_path / "other.h5"
+    for schema in [0, 99, None]:
+        shutil.copy(stored, path)
+        with open(path, "r+b") as cut:
+            cut.truncate(path.stat().st_size - 119)
+        with h5py.File(path, "r+") as file:
+            if schema is None:
+                del file.attrs["schema"]
+            else:
+                file.attrs["schema"] = schema
+        with pytest.raises(slipmap.MapError, match="its layout has number"):
+            slipmap.open_map(path)
+
+
 def test_no_maps_are_refused(tmp_path):
     with pytest.raises(FileNotFoundError, match="there is no such file"):
         slipmap.open_map(tmp_path / "nothing.h5")
@@ -298,3 +313,9 @@ def test_boundaries_of_a_machine_are_along_its_damping_ratio(tmp_path):
     assert (abs(exact - coarse) <= 0.05).all()
     ax = data.slipmap.plot("regime")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("belt_speed", "damping_ratio") and len(ax.lines) == 1
+
+
+def test_a_map_that_does_not_fit_is_a_memory_error():
+    axis = np.linspace(0.1, 1.0, 100_000)
+    with pytest.raises(MemoryError, match="does not fit"):
+        slipmap.map({"epsilon": 0.1, "alpha": 0.3, "beta": 0.1, "gamma": axis, "V": axis, "c": axis})

@@ -262,3 +262,10 @@ def test_a_margin_may_be_infinite():
     assert answer.methods["symmetric"].margin == -np.inf
     assert answer.to_dict()["methods"]["symmetric"]["margin"] == "-inf"
     assert answer.methods["event_step"].margin is None
+
+
+def test_other_units_are_told():
+    pad = slipmap.Machine(mass="2 t", stiffness=8e5, damping=4.0, normal_force="50 kN", static_friction=0.4,
+                          kinetic_friction=0.3, stribeck_velocity=0.25, belt_speed=0.1)
+    assert pad.notes == ["1 t is 1000 kg", "1 kN is 1000 N"]
+    assert pad.replace(mass=2.0).notes == ["1 kN is 1000 N"]

@@ -53,7 +53,8 @@ pub(super) fn compute(
     let control = Control { threads: asked.threads, on_plane: &on_plane, stop, ..Control::default() };
     let earlier = Earlier { account: found.account.clone(), seconds: found.seconds };
     let computed = slipmap_map::run_with(&job.plan, &control, earlier, || {
-        let computed = tiles();
+        // Of all processes that had tiles.
+        let computed = tiles().map(|(account, threads)| (account, threads.max(found.threads)));
         let count = job.plan.planes.len() as u64;
         planes.get_or_init(|| progress::bar(asked.quiet || count == 0, Some(count), "planes of curves"));
         computed

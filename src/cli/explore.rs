@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 fn start(file: &Path) -> Result<Start, Failure> {
     if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let job = Job::load(file, &[])?;
-        return Ok(Start::of(&job.plan.grid, &job.units));
+        return Ok(Start::of(&job.plan.grid, &job.title, &job.units, &job.uncertain));
     }
     let map = open_map(file)?;
     // The page cannot name it.
@@ -65,7 +65,7 @@ fn start(file: &Path) -> Result<Start, Failure> {
         let problem = "the page shows no law that is a sampled function";
         return Err(Failure::bad_input(problem, "give it as a table, or as a formula"));
     }
-    Ok(Start::of(map.grid(), &[]))
+    Ok(Start::of(map.grid(), map.text("title").unwrap_or("A map"), &[], &[]))
 }
 
 fn listen(port: Option<u16>) -> Result<TcpListener, Failure> {

@@ -9,7 +9,7 @@ use super::output::{Align, Table, print_json};
 use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
-use slipmap_config::{Measured, OfMachine, law_of, words_of};
+use slipmap_config::{How, Measured, OfMachine, law_of, words_of};
 use slipmap_figure::text::rich;
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
@@ -48,6 +48,15 @@ pub(super) struct Arguments {
     /// What the friction is where the header has no unit
     #[arg(long, value_name = "coefficient|force", value_parser = ["coefficient", "force"])]
     quantity: Option<String>,
+    /// Read the rows as a record over time
+    #[arg(long, conflicts_with = "curve")]
+    record: bool,
+    /// Read the rows as independent readings, in any order
+    #[arg(long)]
+    curve: bool,
+    /// Of which direction of slip the friction is
+    #[arg(long, value_name = "forward|backward|mean", value_parser = ["forward", "backward", "mean"])]
+    direction: Option<String>,
     /// Print JSON instead of text
     #[arg(long)]
     json: bool,
@@ -72,7 +81,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         .check(arguments.overwrite)?;
     let forces = arguments.quantity.as_ref().map(|quantity| quantity == "force");
     let bad = |(problem, remedy): (String, String)| Failure::bad_input(problem, remedy);
-    let measured = Measured::read(&arguments.data, Some(OfMachine { motion: None, forces })).map_err(bad)?;
+    let machine = Some(OfMachine { motion: None, forces });
+    let kind = match (arguments.record, arguments.curve) {
+        (true, _) => Some("record"),
+        (_, true) => Some("curve"),
+        _ => None,
+    };
+    let how = How { machine, ..How::named(kind, arguments.direction.as_deref()).map_err(bad)? };
+    let measured = Measured::read(&arguments.data, how).map_err(bad)?;
     if let Some(told) = measured.told() {
         say(&format!("read: {told}"));
     }

@@ -1,12 +1,11 @@
 //! `slipmap init`: writes a commented configuration to start from.
 
-use std::fs::File;
-use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
 
 use super::{Ended, Failure, say};
+use slipmap_files::{Existing, WriteError, write_file};
 
 /// Arguments of `slipmap init`.
 #[derive(Debug, Args)]
@@ -64,10 +63,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return Err(exists(name));
     }
     for (name, text) in files {
-        let written = File::create_new(name).and_then(|mut file| file.write_all(text.as_bytes()));
-        written.map_err(|error| match error.kind() {
-            ErrorKind::AlreadyExists => exists(name),
-            _ => Failure::bad_input(format!("{name}: {error}"), "go to a folder that you may write into"),
+        write_file(text.as_bytes(), Path::new(name), Existing::Refuse).map_err(|error| match error {
+            WriteError::Exists(_) => exists(name),
+            error => Failure::bad_input(error.to_string(), "go to a folder that you may write into"),
         })?;
     }
     let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();

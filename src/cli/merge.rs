@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     abandon_in_time(Some(job.output.clone()));
     let &Arguments { threads, json, quiet, .. } = arguments;
     let asked = Asked { threads, replaces_proof: true, json, quiet };
-    let none = || Ok((slipmap_map::Account::none(&job.plan), threads.unwrap_or_else(threads::cores)));
+    let none = || Ok((slipmap_map::Account::none(&job.plan), found.threads));
     let stopped = |error: &ComputeError<_>| match error {
         ComputeError::Threads(why) => threads::not_started(why),
         _ => Failure::Interrupted(NOTHING_LEFT.into()),

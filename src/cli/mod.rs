@@ -26,6 +26,7 @@ mod probe;
 mod probe_arguments;
 mod probe_machine;
 mod probe_table;
+mod probe_text;
 mod progress;
 mod proof;
 mod replace;

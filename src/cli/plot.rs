@@ -9,8 +9,10 @@ use super::replace::Files;
 use super::report::{existing, failure, open};
 use super::width::{ONE, width};
 use super::{Ended, Failure, say};
+use slipmap_config::{head_of, number_in};
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
+use slipmap_machine::Machine;
 use slipmap_report::figure::Marks;
 use slipmap_report::figure::plot::At;
 use slipmap_report::figure::{self, DiagramPlot, Plot, Width, diagram};
@@ -60,8 +62,8 @@ pub(super) struct Arguments {
     /// are drawn without being asked for
     #[arg(long, requires = "y")]
     curves: bool,
-    /// Mark points of a table, such as published or measured ones: below one line of headers the values of the axes across
-    /// and upwards, in the units of the figure. The legend has the name of the file
+    /// Mark points of a table, such as published or measured ones: below one line of headers, which may name the axes and
+    /// their units, the values across and upwards, in the units of the figure. The legend has the name of the file
     #[arg(long, value_name = "FILE.csv", requires = "y")]
     mark: Option<PathBuf>,
     /// Draw the bifurcation diagram over the axis across: the amplitude of the equilibrium and of every
@@ -101,8 +103,9 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
     ends.ok_or_else(|| "write two numbers, for example 0.1,2".into())
 }
 
-/// Reads a table of two columns; its name is that of the file.
-fn read_marks(path: &Path) -> Result<Marks, Failure> {
+/// Reads a table of two columns, the values of the `axes` across and upwards; its name is that of the file. Headers that
+/// name the axes and units tell which column is which, and what its unit is.
+fn read_marks(path: &Path, view: &View, axes: [&str; 2]) -> Result<Marks, Failure> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().replace('_', " ");
     let wrong = |problem: String| {
         let remedy = "write a line of headers, and below it lines of two numbers with a comma between them";
@@ -113,19 +116,25 @@ fn read_marks(path: &Path) -> Result<Marks, Failure> {
         return Err(Failure::bad_input(problem, "check the path"));
     }
     let mut reader = csv::ReaderBuilder::new();
-    let reader = reader.flexible(true).trim(csv::Trim::All).from_path(path);
+    let mut reader = reader
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_path(path)
+        .map_err(|error| wrong(error.to_string()))?;
+    let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
+    let columns = columns_of_marks(&header, view, axes).map_err(|(problem, remedy)| {
+        Failure::bad_input(format!("--mark {}:1: {problem}", path.display()), remedy)
+    })?;
     let mut points = Vec::new();
-    for row in reader.map_err(|error| wrong(error.to_string()))?.into_records() {
+    for row in reader.into_records() {
         let row = row.map_err(|error| wrong(error.to_string()))?;
         let numbers: Vec<f64> =
             row.iter().filter_map(|text| text.parse().ok()).filter(|it: &f64| it.is_finite()).collect();
-        match (numbers[..].try_into(), row.len()) {
-            (Ok(point), 2) => points.push(point),
+        match (<[f64; 2]>::try_from(&numbers[..]), row.len()) {
+            (Ok(point), 2) => points.push(columns.map(|(column, factor)| factor * point[column])),
             _ => {
-                return Err(wrong(format!(
-                    "a line is not two numbers: {}",
-                    row.iter().collect::<Vec<_>>().join(",")
-                )));
+                let row = row.iter().collect::<Vec<_>>().join(",");
+                return Err(wrong(format!("a line is not two numbers: {row}")));
             }
         }
     }
@@ -133,6 +142,43 @@ fn read_marks(path: &Path) -> Result<Marks, Failure> {
         return Err(wrong("there are no numbers below its first line".into()));
     }
     Ok((name, points))
+}
+
+/// The column of each axis, and the factor from its unit to that of the figure.
+fn columns_of_marks(
+    header: &csv::StringRecord,
+    view: &View,
+    axes: [&str; 2],
+) -> Result<[(usize, f64); 2], (String, String)> {
+    let heads: Vec<(&str, Option<&str>)> = header.iter().map(head_of).collect();
+    let place = |axis: &str| heads.iter().position(|(name, _)| *name == axis);
+    let all = view.map.grid().axes();
+    let quantities = view.map.grid().machine().map(Machine::quantities).unwrap_or_default();
+    let names = all.iter().map(|axis| axis.name.as_str()).chain(quantities.iter().map(|(name, _)| *name));
+    let mut others = names.filter(|name| !axes.contains(name));
+    if let Some(other) = others.find(|name| place(name).is_some()) {
+        let problem = format!("the column `{other}` is none of the axes of the figure");
+        return Err((problem, format!("write {}, then {}", axes[0], axes[1])));
+    }
+    let columns = match axes.map(place) {
+        [Some(across), Some(up)] => [across, up],
+        // A name that is no axis is that of the other column.
+        [Some(1), None] | [None, Some(0)] => [1, 0],
+        _ => [0, 1],
+    };
+    let mut found = columns.map(|column| (column, 1.0));
+    for ((column, factor), axis) in found.iter_mut().zip(axes) {
+        let known = all.iter().find(|known| known.name == axis);
+        let wanted = known.map(|axis| view.units.axis(axis).unit.to_string()).unwrap_or_default();
+        let Some(unit) = heads.get(*column).and_then(|(_, unit)| *unit) else { continue };
+        if unit == wanted {
+            continue;
+        }
+        let (number, _) = number_in(&format!("1 {unit}"), &wanted)
+            .map_err(|why| (format!("column {}: {why}", *column + 1), format!("write {axis} in {wanted}")))?;
+        *factor = number;
+    }
+    Ok(found)
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
@@ -149,7 +195,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         .writing("--curves", arguments.curves.then_some(&table))
         .writing("--data", arguments.data.as_deref())
         .check(arguments.overwrite)?;
-    let marks = arguments.mark.as_deref().map(read_marks).transpose()?;
+    let marks = match (&arguments.mark, &arguments.y) {
+        (Some(path), Some(y)) => Some(read_marks(path, &view, [&arguments.x, y])?),
+        _ => None,
+    };
     let plot = Plot {
         x: &arguments.x,
         y: arguments.y.as_deref(),

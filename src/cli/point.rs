@@ -1,5 +1,6 @@
 //! Parameter points on the command line and in tables, for any friction law.
 
+use std::borrow::Cow;
 use std::fmt::{self, Debug, Display, Formatter};
 use std::path::PathBuf;
 
@@ -8,10 +9,10 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::Failure;
 use super::output::exact;
-use slipmap_config::{Level, Measured, decimal_comma, has_unit, nearest, point_into, point_of};
+use slipmap_config::{About, LawText, Measured, decimal_comma, has_unit, nearest, point_of};
 use slipmap_machine::probe::{axis_names, flag};
-use slipmap_model::friction::{ExpressionError, Law, PointError};
-use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
+use slipmap_model::friction::{Law, PointError};
+use slipmap_model::point::Point;
 
 /// Arguments of the friction law: `--law` and the options of laws given as text or as data.
 #[derive(Clone, Debug, Args)]
@@ -63,21 +64,6 @@ impl LawArguments {
             let problem = format!("--set {name}={value}: parameters of a law have no units");
             return Err(Failure::bad_input(problem, "write a number, or name a machine with --machine"));
         }
-        let law = self.law_as_written()?;
-        let is_given = |wanted: &str| point.given.iter().any(|(name, _)| name == wanted);
-        let law = if is_given("exponent") { law.with_exponent() } else { law };
-        let law = match is_given("drop") {
-            true if self.static_level.is_some() => {
-                let problem = "--drop: the drop is written twice, here and by --static";
-                return Err(Failure::bad_input(problem, "leave one of them out"));
-            }
-            true if law.parameters().len() < MAX_LAW_PARAMETERS => law.with_drop(),
-            _ => law,
-        };
-        Ok(if self.small.is_some() { law.read_as_small() } else { law })
-    }
-
-    fn law_as_written(&self) -> Result<Law, Failure> {
         let given = match (&self.phi, &self.table) {
             (Some(_), _) => Some("expression"),
             (None, Some(_)) => Some("table"),
@@ -89,37 +75,32 @@ impl LawArguments {
             let problem = format!("{flag} is for the law `{given}`, not for `{name}`");
             return Err(Failure::bad_input(problem, "leave one of them out"));
         }
-        if let Some(level) = self.static_level.filter(|level| !(*level > 0.0 && level.is_finite())) {
-            let problem = format!("--static {level}: the friction at rest must be greater than 0");
-            return Err(Failure::bad_input(problem, "give it in the units of the law"));
-        }
-        let is_built_in = Law::BUILT_IN.iter().any(|law| law.name() == name);
-        let at_formula = |phi: &str, error: &ExpressionError| {
-            Failure::bad_input(format!("--phi: {}", point_into(phi, error)), error.remedy.clone())
+        let text = LawText {
+            name: name.to_owned(),
+            phi: self.phi.clone(),
+            static_level: self.static_level,
+            rest: self.rest.clone(),
+            file: self.table.as_ref().map(|path| path.display().to_string()),
+            small: self.small.is_some(),
+            axes: point.given.iter().map(|(name, _)| name.clone()).collect(),
+            ..LawText::default()
         };
-        let level = match (self.static_level, &self.rest) {
-            (Some(level), _) => Level::Given(level),
-            (None, Some(_)) => Level::Peak,
-            (None, None) => Level::One,
-        };
-        match (name, &self.phi, &self.table) {
-            (_, None, None) if is_built_in && (self.static_level.is_some() || self.rest.is_some()) => {
-                let problem = format!("friction at rest is 1 already in the law `{name}`");
-                Err(Failure::bad_input(
-                    problem,
-                    "leave it out; where friction drops as slip begins, add --drop",
-                ))
+        let path = self.table.clone().unwrap_or_default();
+        text.law_of(About::Oscillator, |how| Measured::read(&path, how)).map_err(|wrong| {
+            let flag = if wrong.key == "file" { "table" } else { wrong.key };
+            match (wrong.problem.is_empty(), flag) {
+                (true, "table") => {
+                    Failure::bad_input(format!("the law `{name}` needs --table FILE.csv"), "add it")
+                }
+                (true, flag) => {
+                    Failure::bad_input(format!("the law `{name}` needs --{flag} FORMULA"), "add it")
+                }
+                (false, flag) => {
+                    let problem = wrong.words(self.phi.as_deref().unwrap_or_default());
+                    Failure::bad_input(format!("--{flag}: {problem}"), wrong.remedy)
+                }
             }
-            (_, Some(phi), _) => level.formula(phi).map_err(|error| at_formula(phi, &error)),
-            (_, None, Some(path)) => Measured::read(path, None)
-                .and_then(|measured| measured.table(level))
-                .map(Law::Table)
-                .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy)),
-            (name, None, None) => Law::BUILT_IN.into_iter().find(|law| law.name() == name).ok_or_else(|| {
-                let flag = if name == "table" { "--table FILE.csv" } else { "--phi FORMULA" };
-                Failure::bad_input(format!("the law `{name}` needs {flag}"), "add it")
-            }),
-        }
+        })
     }
 }
 
@@ -255,9 +236,13 @@ impl PointArguments {
 
 /// Checks that the law is legal at the slip speeds of a point.
 pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
-    let flag = if let Law::Expression(_) = law.as_written() { "--phi: " } else { "" };
-    slipmap_config::check_law(law, point)
-        .map_err(|(problem, remedy)| format!("{flag}{problem}\n  help: {remedy}"))
+    slipmap_config::check_law(law, point).map_err(|wrong| {
+        let (flag, text) = match law.as_written() {
+            Law::Expression(law) => ("--phi: ", law.text()),
+            _ => ("", Cow::default()),
+        };
+        format!("{flag}{}\n  help: {}", wrong.words(&text), wrong.remedy)
+    })
 }
 
 impl Args for PointArguments {

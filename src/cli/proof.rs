@@ -149,7 +149,6 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
         end(lo),
         end(hi)
     );
-    let sound =
-        "every claim is proved again by the prover that made it, from the law and the parameters alone";
+    let sound = "orbits are proved again to cross every curve one way, from the law and the numbers of the curves alone";
     checked(as_json, &json, &what, &problems, sound)
 }

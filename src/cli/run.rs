@@ -109,7 +109,8 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         )?;
     }
     create_folders(&job.output)?;
-    let provenance = provenance(&job);
+    let threads = arguments.threads.unwrap_or_else(threads::cores);
+    let provenance = Provenance { threads, ..provenance(&job) };
     let map = if resume {
         let map = PartialMap::resume(&job.output, &job.plan, &provenance, arguments.shard);
         let Some(map) = map.map_err(refused)? else {
@@ -326,6 +327,7 @@ pub(super) fn provenance(job: &Job) -> Provenance {
         config_text: job.config_text.clone(),
         command_line: command_line().join(" "),
         git: GIT.into(),
+        threads: 0,
     }
 }
 

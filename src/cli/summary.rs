@@ -85,7 +85,17 @@ impl RunReport<'_> {
 }
 
 pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
-    use Align::{Left, Right};
+    head(report, out)?;
+    methods(report, out)?;
+    decided(report, out)?;
+    proved(report, out)?;
+    audit(report, out)?;
+    unknown(report, out)?;
+    contradictions(report, out)
+}
+
+/// The map, its size and the time it took.
+fn head(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
     let RunReport { job, summary, .. } = report;
     let account = &summary.account;
     let size = report.file_size().map_or(String::new(), |size| format!(", {}", bytes(size.into())));
@@ -102,6 +112,14 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         report.whole_time()
     )?;
 
+    Ok(())
+}
+
+/// The verdicts and the time of every method.
+fn methods(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
+    use Align::{Left, Right};
+    let RunReport { job, summary, .. } = report;
+    let account = &summary.account;
     let shown = [Verdict::Present, Verdict::Absent, Verdict::Undecided, Verdict::Failed];
     let mut columns = vec![("method", Left)];
     for verdict in shown {
@@ -141,6 +159,13 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             number_of(tiles, "tile")
         )?;
     }
+    Ok(())
+}
+
+/// What decided the cells of the simulation, and the curves.
+fn decided(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
+    let RunReport { job, summary, .. } = report;
+    let account = &summary.account;
     let paths = account.paths.named();
     let simulated: u64 = paths.iter().map(|(_, cells)| cells).sum();
     if simulated > 0 {
@@ -156,6 +181,12 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     if !summary.curves.is_empty() {
         writeln!(out, "  found by continuation in {}", duration(summary.curves_seconds))?;
     }
+    Ok(())
+}
+
+/// What is proved between the nodes.
+fn proved(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
+    let RunReport { job, summary, .. } = report;
     if let Some(proved) = &summary.proved {
         let volumes = &proved.volumes;
         writeln!(
@@ -177,6 +208,12 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             writeln!(out, "  more boxes leave less undecided: --set validated.boxes={more}")?;
         }
     }
+    Ok(())
+}
+
+/// What the second engine said.
+fn audit(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
+    let account = &report.summary.account;
     let audit = &account.audit;
     if audit.cells > 0 {
         writeln!(
@@ -191,6 +228,13 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             count(audit.disagreements.len())
         )?;
     }
+    Ok(())
+}
+
+/// What is not known of some cells.
+fn unknown(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
+    let RunReport { job, summary, .. } = report;
+    let account = &summary.account;
     if let Some(why) = job.plan.grid.gap() {
         let cells = number_of(account.cells, "cell");
         writeln!(out, "no machine in {} of {cells}, which are blank: {why}", count(account.blank))?;
@@ -216,6 +260,14 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             )?;
         }
     }
+    Ok(())
+}
+
+/// The cells that disagree, contradict each other or failed.
+fn contradictions(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
+    let RunReport { job, summary, .. } = report;
+    let account = &summary.account;
+    let audit = &account.audit;
     for disagreement in audit.disagreements.iter().take(LISTED) {
         writeln!(
             out,

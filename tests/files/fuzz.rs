@@ -224,7 +224,8 @@ fn measured_laws_never_panic() {
     let path = folder.path().join("friction.csv");
     let read = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
-        slipmap::config::Measured::read(&path, None)?.table(slipmap::config::Level::One)
+        slipmap::config::Measured::read(&path, slipmap::config::How::default())?
+            .table(slipmap::config::Level::One)
     };
     read(TABLE.as_bytes()).unwrap();
     proptest!(runs(1000), |(changes in changes())| {

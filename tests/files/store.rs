@@ -39,6 +39,7 @@ fn provenance() -> Provenance {
         config_text: "title = \"nothing\"\n".into(),
         command_line: "slipmap run nothing.toml".into(),
         git: "a commit".into(),
+        threads: 1,
     }
 }
 

@@ -171,8 +171,10 @@ fn limits_of_proofs_are_where_they_cease_to_decide() {
                 beside_a_change += 1;
             }
             None => {
+                // A curve that is not found just below the limit may be found below that.
                 let (before, beyond) = (said(limit * (1.0 - 1e-6)), said(limit * (1.0 + 1e-6)));
-                assert!(before != beyond, "{limit:e} {before:?} {sample:?}");
+                let ceases = before == Verdict::Undecided && beyond == Verdict::Undecided;
+                assert!(before != beyond || ceases, "{limit:e} {before:?} {sample:?}");
                 elsewhere += 1;
             }
         }

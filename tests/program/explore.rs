@@ -233,6 +233,95 @@ fn a_machine_of_forces_is_where_the_page_begins() {
     }
 }
 
+/// Laws with a friction at rest of their own, tables with errors and with scattered rows, in units, and fits: the page
+/// that begins with their file answers as the program does, and what it exports is that machine.
+#[test]
+fn a_machine_leaves_the_page_as_it_came() {
+    let scratch = Scratch::new();
+    let machine =
+        "[machine]\nmass = \"2 t\"\nstiffness = 5.05e8\ndamping = 60000.0\nbelt_speed = \"150 mm/s\"\n";
+    let scattered: String = (1..120)
+        .map(|i| {
+            format!(
+                "{};{:.4}\n",
+                10 * i,
+                0.25 + 0.15 * (-f64::from(i) / 5.0).exp() + 0.004 * f64::from(i * 7919 % 11 - 5)
+            )
+        })
+        .collect();
+    scratch.file("rig.csv", format!("v [mm/s];mu\n0;0.4\n{}", scattered).replace('.', ","));
+    scratch.file(
+        "errors.csv",
+        "u,mu,se\n0,0.4,0.01\n0.02,0.35,0.01\n0.05,0.31,0.01\n0.1,0.27,0.01\n0.5,0.25,0.01\n",
+    );
+    scratch.file("force.csv", "v [m/s];F [kN]\n0,02;385,5\n0,05;310,1\n0,1;270\n0,5;250\n1;250\n");
+    let fit = "[friction.fit]\nmuk = 0.25\nmus = 0.4\nvs = 0.05\ncovariance = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-6]]\n";
+    let formula = "law = \"expression\"\nphi = \"muk + (mus - muk)*exp(-u/vs)\"";
+    for (name, friction, of_machine) in [
+        (
+            "static.toml",
+            "law = \"expression\"\nphi = \"0.25 + 0.1*exp(-u/0.05)\"\nstatic = 0.4".to_owned(),
+            "normal_force = 1e6",
+        ),
+        ("table.toml", "law = \"table\"\nfile = \"errors.csv\"\nstatic = 0.45".into(), "normal_force = 1e6"),
+        (
+            "rig.toml",
+            "law = \"table\"\nfile = \"rig.csv\"".into(),
+            "normal_force = { value = 1e6, sd = 1e5 }",
+        ),
+        ("force.toml", "law = \"table\"\nfile = \"force.csv\"".into(), ""),
+        ("fitted.toml", format!("{formula}\nstatic = 0.5\n{fit}"), "normal_force = 1e6"),
+    ] {
+        scratch
+            .file(name, format!("title = \"Pad {name}\"\n[friction]\n{friction}\n{machine}{of_machine}\n"));
+        let probe = |file: &str| -> Value {
+            let found = scratch.run(&[
+                "probe",
+                "--machine",
+                file,
+                "--set",
+                "damping=60000",
+                "--set",
+                "belt_speed=0.15",
+                "--json",
+            ]);
+            serde_json::from_str(&found.ends_with(0).out).unwrap()
+        };
+        let expected = probe(name);
+        let server = Server::start(&scratch, &[name]);
+        let start: Value = serde_json::from_slice(&server.get("/api/start", "").2).unwrap();
+        let mut asked = json!({
+            "law": start["law"], "motion": start["motion"], "units": start["units"], "spread": start["spread"],
+            "title": start["title"], "at": {}, "show": "regime",
+            "x": { "axis": "belt_speed", "from": 0.1, "to": 0.2, "points": 3 },
+            "y": { "axis": "damping", "from": 1e4, "to": 1e5, "points": 4 },
+        });
+        // As the page does, in SI units.
+        for (quantity, value) in start["at"].as_object().unwrap() {
+            let size = start["units"][quantity][1].as_f64();
+            asked["at"][quantity] =
+                size.map_or(value.clone(), |size| (value.as_f64().unwrap() * size).into());
+        }
+        asked["at"]["belt_speed"] = 0.15.into();
+        server.answer("/api/law", &{
+            let mut law = start["law"].clone();
+            law["motion"] = start["motion"].clone();
+            law
+        });
+        let mut found = server.answer("/api/point", &asked);
+        found["machine"].as_object_mut().unwrap().remove("sensitivities");
+        assert_eq!(found, expected, "{name}");
+        let texts = server.answer("/api/texts", &asked);
+        let toml = texts["toml"].as_str().unwrap();
+        assert!(
+            toml.contains(&format!("title = \"Pad {name}\"")) && toml.contains("mass = \"2.0 t\""),
+            "{toml}"
+        );
+        scratch.file("plane.toml", toml);
+        assert_eq!(probe("plane.toml"), expected, "{toml}");
+    }
+}
+
 #[test]
 fn only_the_page_itself_may_ask() {
     let scratch = Scratch::new();
@@ -311,7 +400,8 @@ fn bad_requests_are_refused_in_words() {
         ("/show", json!("verdict_nothing"), "verdict_nothing"),
         ("/show", json!("difference:a:b"), "difference:a:b"),
         ("/law/name", json!("nothing"), "nothing"),
-        ("/law/static", json!(-1.0), "friction at rest is -1"),
+        ("/law/static", json!(0.5), "friction at rest is 1 already"),
+        ("/law/rows", json!([[0, 1]]), "has no rows"),
     ] {
         refused("/api/plane", with(pointer, value), words);
     }

@@ -222,6 +222,7 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
     let provenance = Provenance {
         config_text: job.config_text.clone(),
         git: slipmap::GIT.into(),
+        threads: 1,
         ..Provenance::default()
     };
     let path = scratch.path().join("map.h5");

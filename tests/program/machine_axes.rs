@@ -166,6 +166,23 @@ fn inputs_are_in_the_units_that_people_have() {
     let plot = ["plot", "plane.h5", "--x", "belt_speed", "--y", "damping_ratio", "--mark", "marks.csv"];
     scratch.run(&[&plot[..], &["--out", "marks.svg"]].concat()).ends_with(0);
     assert_eq!(scratch.read("marks.svg").matches("fill=\"#d55e00\"").count(), 2);
+    // Names of axes tell the columns, and units are converted.
+    scratch.file("marks.csv", "ratio,belt_speed [rad/s]\n3,4.1887902047863905\n");
+    scratch.run(&[&plot[..], &["--out", "named.svg"]].concat()).ends_with(0);
+    let circles = |file: &str| {
+        let text = scratch.read(file);
+        text.lines().filter(|line| line.starts_with("<circle")).collect::<Vec<_>>().join("")
+    };
+    assert_eq!(circles("named.svg"), circles("marks.svg"));
+    scratch.file("marks.csv", "belt_speed [m],ratio\n40,3\n");
+    scratch.run(&[&plot[..], &["--out", "wrong.svg"]].concat()).refuses(&["marks.csv:1: column 1"]);
+    scratch.file("marks.csv", "pressure,ratio\n40,3\n");
+    scratch.run(&[&plot[..], &["--out", "wrong.svg"]].concat()).refuses(&["none of the axes"]);
+    // The advice is what a run of a machine takes.
+    let few = ["run", "people.toml", "--quiet", "--set", "output.fields=[\"verdict\"]", "--set"];
+    scratch.run(&[&few[..], &["output.path=few.h5"]].concat()).ends_with(0);
+    let plot_few = "plot few.h5 --x belt_speed --variable critical_damping_simulation --out few.svg";
+    scratch.run(plot_few).refuses(&["add \"critical_damping\" to output.fields"]);
     scratch.file("marks.csv", "ratio,speed\n3,40\n");
     let run = scratch.run(&[&plot[..], &["--out", "swapped.svg"]].concat()).ends_with(0);
     run.err.says(&["1 of 1 marks lie outside the figure; write belt_speed [rpm], then"]);

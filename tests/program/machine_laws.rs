@@ -35,11 +35,11 @@ fn one_friction_in_every_form_is_one_machine() {
     scratch.file("force.csv", data(50.0));
     let coefficients = "static_friction = 0.4\nkinetic_friction = 0.3\nstribeck_velocity = 0.25";
     let formula = "law = \"expression\"\nphi = \"muk + (mus - muk)*exp(-u/vs)\"";
-    let force = "law = \"table\"\nfile = \"force.csv\"\nquantity = \"force\"";
+    let force = "law = \"table\"\nfile = \"force.csv\"\nquantity = \"force\"\nkind = \"rows\"";
     let all = [
         ("coefficients", machine("law = \"exponential\"", coefficients)),
         ("formula", machine(formula, "mus = 0.4\nmuk = 0.3\nvs = 0.25")),
-        ("table", machine("law = \"table\"\nfile = \"mu.csv\"", "")),
+        ("table", machine("law = \"table\"\nfile = \"mu.csv\"\nkind = \"rows\"", "")),
         ("force", machine(force, "")),
         // Forces need no normal force.
         ("alone", machine(force, "").replace("normal_force = 50.0\n", "")),
@@ -187,6 +187,12 @@ fn a_table_of_machines_is_answered_in_si_units() {
     // Numbers that would not be those of the answer.
     scratch.file("in.csv", "belt_speed,rpm\n0.1,7\n");
     scratch.run(&run).refuses(&["in.csv:1: column 2", "numbers of `rpm` are not read", "call it `#rpm`"]);
+    // Also where the first rows leave them out; a column of text may have a number in it.
+    scratch.file("in.csv", "belt_speed,rpm\n0.1,\n0.1,7\n");
+    scratch.run(&run).refuses(&["numbers of `rpm` are not read"]);
+    scratch.file("in.csv", written.replace("b,0.2", "7,0.2"));
+    scratch.run(&run).ends_with(0);
+    std::fs::remove_file(scratch.path().join("out.csv")).unwrap();
     scratch.file("in.csv", written);
     scratch.run(&run).ends_with(0);
     let text = scratch.read("out.csv");
@@ -274,7 +280,7 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     let rows = |error: &str| -> String { data(1.0).lines().map(|row| format!("{row}{error}\n")).collect() };
     scratch.file("exact.csv", rows(""));
     scratch.file("measured.csv", format!("u,mu,se\n{}", rows(",0.0005")));
-    let text = |file: &str| machine(&format!("law = \"table\"\nfile = \"{file}\""), "");
+    let text = |file: &str| machine(&format!("law = \"table\"\nfile = \"{file}\"\nkind = \"rows\""), "");
     scratch.file("exact.toml", text("exact.csv"));
     scratch.file("measured.toml", text("measured.csv"));
     let page =

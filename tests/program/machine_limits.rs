@@ -203,6 +203,8 @@ fn scatter_is_told_on_the_page() {
         format!("{u},{mu}\n")
     };
     let scratch = machine(&(0..20).map(row).collect::<String>());
+    // Rows that are the law itself; others are reduced to a curve.
+    scratch.file("pad.toml", format!("{MACHINE}kind = \"rows\"\n"));
     let answer = page(&scratch, &["--out", "page.html"]);
     let warnings = answer["warnings"].as_array().unwrap();
     assert!(warnings[0].as_str().unwrap().contains("into at most 20 speeds"), "{warnings:?}");

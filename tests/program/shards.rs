@@ -24,6 +24,9 @@ fn finishes(child: Child) -> Run {
 fn merges(scratch: &Scratch, reference: &Path) {
     scratch.run("merge job.toml").ends_with(0);
     scratch.run("check map.h5").ends_with(0);
+    // Those of the shards.
+    let map = slipmap::store::MapFile::open(&scratch.path().join("map.h5")).unwrap();
+    assert_eq!(map.number("threads"), Some(1.0));
     assert_same(&scratch.path().join("map.h5"), reference);
     assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);
     fs::remove_file(scratch.path().join("map.h5")).unwrap();

@@ -1,6 +1,6 @@
 //! One step along an orbit in polar form, with proof: a polynomial that nearly solves dy/dth = F(th, y), and
-//! a bound on the distance of orbits from it. The proofs of critical dampings (`certify::validated::turn`)
-//! and of numbers of slip cycles ([`crate::slip_count`]) are made of such steps.
+//! a bound on the distance of orbits from it. The proofs of numbers of slip cycles ([`crate::slip_count`]) are made of such
+//! steps.
 //!
 //! **Polynomial.** The Taylor polynomial of degree 6 of the solution that starts at a given number, with
 //! rounded coefficients. Its defect y' - F and the integral of a second function along it are enclosed by
@@ -59,11 +59,6 @@ impl Polynomial {
         Some(Self { theta, coefficients })
     }
 
-    /// The value at `angle` after the beginning of the step, rounded.
-    pub(crate) fn at(&self, angle: f64) -> f64 {
-        angle.polynomial(&self.coefficients)
-    }
-
     /// Encloses a step of length `width`; `None` where a bound is infinite.
     pub(crate) fn enclosed(&self, orbit: &impl Polar, width: Interval) -> Option<Enclosure> {
         let parts = |from: Interval| {
@@ -95,8 +90,6 @@ impl Polynomial {
 
 /// Bounds on the distance of an orbit from the polynomial.
 pub(crate) struct Distance {
-    /// Contribution of the defect, max(1, exp(L s)) s d.
-    pub(crate) added: Interval,
     /// Bound during the step.
     pub(crate) during: Interval,
     /// Bound at the end of the step.
@@ -112,5 +105,5 @@ pub(crate) fn distance(rate: Interval, width: Interval, before: Interval, defect
     let most = Interval::of(growth.hi.max(1.0));
     let added = most * width * defect;
     let after = Interval::of((growth * before + added).hi);
-    Distance { added, during: most * before + added, after, growth }
+    Distance { during: most * before + added, after, growth }
 }

@@ -1,28 +1,19 @@
-//! Certificates of one point of any law: text with the statements that `validated` proves about the point,
-//! which the same prover can prove again; there is no second argument.
+//! Certificates of one point of any law: the curves that prove its verdict, in JSON text.
 //!
 //! [`PointCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds
-//! the law from its definition, and proves every claim about the point again.
+//! the law from its definition, and proves again that orbits cross each curve one way ([`super::curve`]).
 
 use serde::{Deserialize, Serialize};
 
 use super::certificate::Format;
 use super::certificate::list::List;
-use super::{Claim, Decision, validated};
+use super::curve::{self, OneWay};
+use super::{Claim, Decision};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
-/// The statement where friction drops as slip begins.
-const STATEMENT_WITH_DROP: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|), friction up to 1 at \
-    rest, and the friction law phi of the given name, definition and parameters in slip, plus a constant on each of its pieces \
-    that makes it continuous and phi(0+) = 1 - j, j the drop of the law in double precision, the orbit that leaves \
-    the exit point (1 - epsilon c V, V) with x2' = -j comes back to the belt line (or runs away) for c < critical_c[0] and does \
-    not for c > critical_c[1]; null claims nothing on its side. Verdict present: a stick-slip limit cycle exists at the given \
-    c. Absent: none exists. Undecided: nothing is claimed of that.";
-
-fn statement(column: &Column) -> &'static str {
-    if column.curve.drop() > 0.0 { STATEMENT_WITH_DROP } else { PointCertificate::STATEMENT }
-}
+/// Largest number of curves: one of each kind is enough.
+const MOST_CURVES: usize = 3;
 
 /// A certificate that has been parsed but not verified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,15 +34,21 @@ pub struct PointCertificate {
     pub critical_c: [Option<f64>; 2],
     /// The verdict that it claims.
     pub verdict: String,
+    curves: List<OneWay, MOST_CURVES>,
 }
 
 impl Format for PointCertificate {
-    const NAME: &'static str = "slipmap proof of a point 1";
-    const STATEMENT: &'static str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the \
-        friction law phi of the given name, definition and parameters, plus a constant on each of its pieces that makes it \
-        continuous and phi(0) = 1, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line (or runs \
-        away) for c < critical_c[0] and does not for c > critical_c[1]; null claims nothing on its side. Verdict present: a \
-        stick-slip limit cycle exists at the given c. Absent: none exists. Undecided: nothing is claimed of that.";
+    const NAME: &'static str = "slipmap proof of a point 2";
+    const STATEMENT: &'static str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|), friction up to 1 at \
+        rest, and the friction law phi of the given name, definition and parameters in slip, plus a constant on each of its \
+        pieces that makes it continuous and phi(0+) = 1 - j, j the drop of the law as slip begins, the orbit that leaves the exit point \
+        (1 - epsilon c V, V) with x2' = -j comes back to the belt line (or runs away) for c < critical_c[0] and does not for \
+        c > critical_c[1]; null claims nothing on its side. Verdict present: a stick-slip limit cycle exists at the given c. \
+        Absent: none exists. Undecided: nothing is claimed of that. Each of the curves consists of Bezier polynomials with control \
+        points (V - x2, x2'), run clockwise, which orbits at epsilon c = viscous cross one way: outwards if it returns, \
+        inwards if it is absent or lands. A curve that returns proves that the orbit comes back or runs away at epsilon c <= \
+        viscous; one that is absent, that it does not come back at epsilon c >= viscous; one that lands, that it is bounded, and \
+        sticks if it comes back, at epsilon c >= viscous.";
 
     fn head(&self) -> [&str; 2] {
         [&self.format, &self.statement]
@@ -59,13 +56,14 @@ impl Format for PointCertificate {
 }
 
 impl PointCertificate {
-    /// Certifies the statements that `validated` proves of a point, written by this program.
+    /// Certifies what curves prove of a point, written by this program.
     pub fn of(law: &Law, point: &Point, written_by: &str) -> Self {
         let column = law.column(point);
-        let claim = validated::TEST.claim(&column);
+        let proof = curve::prove(&column);
+        let claim = proof.claim(&column);
         Self {
             format: Self::NAME.into(),
-            statement: statement(&column).into(),
+            statement: Self::STATEMENT.into(),
             written_by: written_by.into(),
             law: law.name().into(),
             law_definition: law.definition(),
@@ -75,12 +73,14 @@ impl PointCertificate {
             damping: point.damping,
             critical_c: critical(&claim),
             verdict: claim.decide(point.damping).name().into(),
+            curves: proof.curves.into_iter().collect(),
         }
     }
 
     /// Proves every claim again; returns the problems, none if the certificate is sound.
     #[must_use]
     pub fn check(&self) -> Vec<String> {
+        let mut problems = self.other_statement();
         let Some(law) = Law::from_definition(&self.law, &self.law_definition) else {
             return vec!["its friction law does not exist".into()];
         };
@@ -94,11 +94,7 @@ impl PointCertificate {
             return vec![format!("its formula is no friction law: {}", error.problem)];
         }
         let column = law.column(&point);
-        let mut problems = Vec::new();
-        if self.statement != statement(&column) {
-            problems.push("its statement is not the one that this format proves".into());
-        }
-        let claim = validated::TEST.claim(&column);
+        let claim = self.proved(&column, &mut problems);
         let [below, above] = critical(&claim);
         let follows = |claimed: Option<f64>, proved: Option<f64>, order: fn(&f64, &f64) -> bool| {
             claimed.is_none_or(|claimed| proved.is_some_and(|proved| order(&claimed, &proved)))
@@ -113,6 +109,21 @@ impl PointCertificate {
             problems.push(format!("the verdict that is proved is {proved}"));
         }
         problems
+    }
+
+    /// The claim that its curves prove, and the problems of those that prove nothing.
+    fn proved(&self, column: &Column, problems: &mut Vec<String>) -> Claim {
+        if !column.curve.is_normal() {
+            return Claim::NOTHING;
+        }
+        let mut sound = Vec::new();
+        for (number, curve) in (1..).zip(self.curves.iter()) {
+            match curve.check(column) {
+                Ok(_) => sound.push(curve.clone()),
+                Err(fault) => problems.push(format!("curve {number} is no proof: {fault}")),
+            }
+        }
+        curve::claim(column, &sound)
     }
 }
 
@@ -136,6 +147,8 @@ mod tests {
         let [lo, hi] = one.critical_c;
         let wider = PointCertificate { critical_c: [lo.map(|c| c - 0.1), None], ..one.clone() };
         assert_eq!(wider.check(), Vec::<String>::new());
+        let mut fewer = one.clone();
+        fewer.curves.pop();
         for forged in [
             PointCertificate { verdict: "absent".into(), ..one.clone() },
             PointCertificate { verdict: "Present".into(), ..one.clone() },
@@ -153,13 +166,15 @@ mod tests {
             PointCertificate { parameters: [0.3, 0.1].into_iter().collect(), ..one.clone() },
             PointCertificate { parameters: [0.3, 0.1, 0.5].into_iter().collect(), ..one.clone() },
             PointCertificate { statement: one.statement.replace("does not", "does"), ..one.clone() },
+            PointCertificate { curves: std::iter::empty().collect(), ..one.clone() },
+            fewer,
         ] {
             assert_ne!(forged.check(), Vec::<String>::new(), "{forged:?}");
         }
     }
 
-    /// The same friction in slip with friction at rest above it is another law: a claim about one is refused for
-    /// the other.
+    /// The same friction in slip with friction at rest above it is another law: a claim about one is refused
+    /// for the other.
     #[test]
     fn a_claim_that_ignores_the_drop_is_refused() {
         let flat = Law::Expression(Expression::new("1 - s*tanh(u)", 1.0).unwrap());
@@ -178,7 +193,7 @@ mod tests {
         for forged in [
             PointCertificate { law_definition: definition(&with), ..without.clone() },
             PointCertificate { law_definition: definition(&without), ..with.clone() },
-            PointCertificate { statement: without.statement.clone(), ..with.clone() },
+            PointCertificate { curves: without.curves.clone(), ..with.clone() },
             PointCertificate { critical_c: without.critical_c, ..with.clone() },
         ] {
             assert_ne!(forged.check(), Vec::<String>::new(), "{forged:?}");

@@ -168,10 +168,7 @@ fn standard_errors(
     let of_rate: Vec<f64> = by_data.iter().map(|by| by.value * epsilon).collect();
     // Of a drop, the start of the orbit moves with the first datum, too: to first order.
     let found = match column.curve.drop() > 0.0 {
-        true => {
-            let squares = of_rate.iter().zip(errors).map(|(by, error)| (by * error).powi(2));
-            [(squares.sum::<f64>().sqrt(), 0.0); 2]
-        }
+        true => [(table.variance_of_sum(&of_rate).sqrt(), 0.0); 2],
         false => table.standard_errors_of_data(orbits[0], &of_rate)?,
     };
     let [of_curve, coarse] = orbits.map(|orbit| table.error_of_curve(orbit));

@@ -3,31 +3,21 @@
 
 use toml_edit::{Item, TableLike, Value};
 
+use super::described::Fit;
 use super::source::{ConfigError, Section, Shape};
-use slipmap_machine::risk::{MOST_JOINT, Spread};
+use slipmap_machine::risk::MOST_JOINT;
 use slipmap_model::friction::Law;
 
 /// Key of the fit in `[friction]`, and of the covariance in it.
 pub(super) const KEY: &str = "fit";
 const COVARIANCE: &str = "covariance";
 
-/// The values of a fit, by their names, with their errors; none where there is no fit. One that is no fit is left to
-/// [`check`].
-pub(super) fn values(friction: &Section) -> Vec<(String, f64, Spread)> {
-    let found = friction.get(KEY).and_then(|node| read(node.entries()?));
-    let (names, values, factor) = found.unwrap_or_default();
-    let spread = |of_value: Vec<f64>| {
-        let mut row = [0.0; MOST_JOINT];
-        row[..of_value.len()].copy_from_slice(&of_value);
-        Spread::Joint { row }
-    };
-    let of = |((name, value), row)| (name, value, spread(row));
-    names.into_iter().zip(values).zip(factor).map(of).collect()
+/// The fit of `[friction]`; `None` where there is none. One that is no fit is left to [`check`].
+pub(super) fn values(friction: &Section) -> Option<Fit> {
+    friction.get(KEY).and_then(|node| read(node.entries()?)).filter(|fit| fit.spreads().is_some())
 }
 
-type Fit = (Vec<String>, Vec<f64>, Vec<Vec<f64>>);
-
-/// The names, values and Cholesky factor of a fit; `None` if it is none.
+/// The names, values and covariance of a fit; `None` if it is none.
 fn read(fit: &dyn TableLike) -> Option<Fit> {
     let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
     let entries: Vec<(&str, &Item)> = fit.iter().filter(|(key, _)| *key != COVARIANCE).collect();
@@ -35,11 +25,11 @@ fn read(fit: &dyn TableLike) -> Option<Fit> {
     let values = entries.iter().map(|(_, item)| number(item.as_value()?)).collect::<Option<Vec<f64>>>()?;
     let rows = fit.get(COVARIANCE)?.as_array()?.iter();
     let rows = rows.map(|row| row.as_array()?.iter().map(number).collect::<Option<Vec<f64>>>());
-    Some((names, values, factor(&rows.collect::<Option<Vec<_>>>()?)?))
+    Some(Fit { names, values, covariance: rows.collect::<Option<Vec<_>>>()? })
 }
 
 /// The Cholesky factor of a covariance; `None` if it is none.
-fn factor(covariance: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+pub(super) fn factor(covariance: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let n = covariance.len();
     let is_symmetric =
         |i: usize, j: usize| (covariance[i][j] - covariance[j][i]).abs() <= 1e-9 * covariance[i][j].abs();
@@ -51,6 +41,9 @@ fn factor(covariance: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
         for j in 0..=i {
             let known: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
             let rest = covariance[i][j] - known;
+            // The sum rounds: a parameter that others determine has no variance of its own.
+            let round_off = (n + 1) as f64 * f64::EPSILON * covariance[i][j].abs();
+            let rest = if i == j && rest.abs() <= round_off { 0.0 } else { rest };
             if !is_symmetric(i, j) || i == j && !(rest >= 0.0) {
                 return None;
             }
@@ -88,8 +81,8 @@ pub(super) fn check(friction: &Section, law: &Law) -> Result<(), ConfigError> {
         }
     }
     let count = fit.keys().len() - 1;
-    match node.entries().and_then(read) {
-        Some((.., factor)) if factor.len() == count => Ok(()),
+    match node.entries().and_then(read).and_then(|fit| Some(fit.spreads()?.len())) {
+        Some(spreads) if spreads == count => Ok(()),
         _ => {
             let problem = format!("this is no covariance of {count} parameters");
             let remedy =

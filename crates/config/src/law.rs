@@ -2,153 +2,126 @@
 
 use std::path::Path;
 
-use super::measured::{Level, Measured, OfMachine};
-use super::source::{ConfigError, Node, Section};
-use super::{choice, fitted, nearest};
-use slipmap_machine::{Friction, Motion};
+use super::described::{About, FORCE, LawText, Origin, Wrong};
+use super::measured::Measured;
+use super::source::{ConfigError, Node, Section, Shape};
+use super::{choice, fitted};
+use slipmap_machine::Friction;
 use slipmap_map::{AxisRole, Grid, unravel};
 use slipmap_model::friction::{Expression, ExpressionError, Law};
-use slipmap_model::point::MAX_LAW_PARAMETERS;
 
-pub(super) const KEYS: [&str; 8] = ["law", "phi", "static", "rest", "file", "quantity", "small", fitted::KEY];
-
-/// The units of a law's numbers.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum About {
-    /// The dimensionless oscillator: phi(0) = 1.
-    Oscillator,
-    /// A machine with this motion, in SI units: a coefficient of friction or a force, with any value at rest.
-    Machine(Motion),
-}
+pub(super) const KEYS: [&str; 12] = [
+    "law",
+    "phi",
+    "static",
+    "rest",
+    "file",
+    "rows",
+    "source",
+    "quantity",
+    "kind",
+    "direction",
+    "small",
+    fitted::KEY,
+];
 
 /// The quantities of a machine besides its friction, for messages.
-const OF_MACHINE: &str =
+pub(super) const OF_MACHINE: &str =
     "beside the friction [machine] needs mass, stiffness, damping, normal_force and belt_speed";
 
 /// Largest number of columns of the grid at which a law given as text is checked: all of a small grid, evenly
 /// spread over a large one.
 const CHECKED_COLUMNS: usize = 256;
 
-/// Reads `[friction]`; file names are relative to the folder of the configuration.
-pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law, ConfigError> {
-    let also = if matches!(about, About::Machine(_)) { format!("; {OF_MACHINE}") } else { String::new() };
-    let built_in = |name: &str| Law::BUILT_IN.into_iter().find(|law| law.name() == name);
-    let at_peak = rests_at_peak(section, about)?;
-    let level = || match (section.get("static"), about) {
-        (Some(node), _) => static_level(&node).map(Level::Given),
-        (None, _) if at_peak => Ok(Level::Peak),
-        (None, About::Machine(_)) => Ok(Level::First),
-        (None, About::Oscillator) => Ok(Level::One),
-    };
-    let node = section.get("law");
-    let name = node.as_ref().map_or(Ok(Law::Stribeck.name()), Node::text)?;
-    let law = match (name, built_in(name)) {
-        (_, Some(law)) => law,
-        ("expression", None) => {
-            let remedy = match about {
-                About::Oscillator => "write for example phi = \"mu + (1 - mu)*exp(-u/vs)\"".to_owned(),
-                About::Machine(_) => format!(
-                    "write the coefficient of friction against the slip speed u in m/s, for example phi = \"0.3 + \
-                     0.1*exp(-u/vs)\"; each name in it, as vs here, is a key of [machine]{also}"
-                ),
-            };
-            let phi = section.get("phi").ok_or_else(|| section.missing("phi", remedy))?;
-            level()?.formula(phi.text()?).map_err(|error| at_formula(&phi, &error))?
-        }
-        ("table", None) => {
-            let remedy = match about {
-                About::Oscillator => "name a CSV file with the columns slip speed and friction".to_owned(),
-                About::Machine(_) => format!(
-                    "name a CSV file with the columns slip speed in m/s, coefficient of friction, and perhaps its \
-                     standard error; quantity = \"force\" if it holds forces in N{also}"
-                ),
-            };
-            let file = section.get("file").ok_or_else(|| section.missing("file", remedy))?;
-            let path = folder.join(file.text()?);
-            let machine = match about {
-                About::Oscillator => None,
-                About::Machine(motion) => {
-                    Some(OfMachine { motion: Some(motion), forces: quantity(section)? })
-                }
-            };
-            let level = level()?;
-            let table = Measured::read(&path, machine).and_then(|measured| measured.table(level));
-            Law::Table(table.map_err(|(problem, remedy)| file.error(&problem, remedy))?)
-        }
-        (_, None) => {
-            let names: Vec<_> = Law::names().collect();
-            let error = |node: &Node| node.error("unknown law", nearest("law", name, &names));
-            return Err(node.as_ref().map_or_else(|| section.missing("law", String::new()), error));
-        }
-    };
-    if let (About::Oscillator, Some(node)) = (about, section.get("quantity")) {
-        let problem = "only the friction of a machine is a coefficient or a force";
-        return Err(node.error(problem, "leave it out: phi is friction in units of that at rest"));
-    }
+/// Reads `[friction]`; file names are relative to the folder of the configuration. `axes` is the table of the values
+/// of the law's parameters.
+pub(super) fn read(
+    section: &Section,
+    axes: &Section,
+    folder: &Path,
+    about: About,
+) -> Result<Law, ConfigError> {
+    let text = text_of(section, axes, about)?;
+    let file = text.file.clone().unwrap_or_default();
+    let law = text.law_of(about, |how| Measured::read(&folder.join(file), how));
+    let law = law.map_err(|wrong| at(section, axes, wrong))?;
     fitted::check(section, &law)?;
-    let of_formula = law.name() == "expression";
-    for (key, of) in [("phi", "expression"), ("file", "table"), ("quantity", "table")] {
-        let belongs = name == of || key == "quantity" && of_formula;
-        if let (false, Some(node)) = (belongs, section.get(key)) {
-            let problem = format!("the law `{}` has no {key}", law.name());
-            return Err(node.error(&problem, format!("leave it out, or set law = \"{of}\"")));
-        }
-    }
-    let rest = section.get("static").or_else(|| section.get("rest"));
-    if let (Some(law), Some(node)) = (built_in(law.name()), rest) {
-        let problem = format!("friction at rest is 1 already in the law `{}`", law.name());
-        return Err(
-            node.error(&problem, "leave it out; where friction drops as slip begins, write [grid] drop")
-        );
-    }
-    match section.get("small") {
-        None => Ok(law),
-        Some(node) if node.text()? == "eps" => Ok(law.read_as_small()),
+    Ok(law)
+}
+
+/// The keys of `[friction]`, each of the kind that it must be.
+fn text_of(section: &Section, axes: &Section, about: About) -> Result<LawText, ConfigError> {
+    let text = |key: &str| section.get(key).map(|node| node.text().map(str::to_owned)).transpose();
+    let small = match section.get("small") {
+        None => false,
+        Some(node) if node.text()? == "eps" => true,
         Some(node) => {
             let remedy = "write small = \"eps\" to read the law as 1 + eps F(u), or leave it out";
-            Err(node.error("the small parameter of a law can be eps only", remedy))
+            return Err(node.error("the small parameter of a law can be eps only", remedy));
         }
-    }
+    };
+    // A machine has no drop but by its friction at rest.
+    let optional: &[&str] = if about == About::Oscillator { &["exponent", "drop"] } else { &["exponent"] };
+    let is_given = |name: &&&str| axes.get(name).is_some();
+    quantity(section)?;
+    Ok(LawText {
+        name: text("law")?.unwrap_or_default(),
+        phi: text("phi")?,
+        static_level: section.get("static").map(|node| node.number()).transpose()?,
+        rest: text("rest")?,
+        file: text("file")?,
+        table: None,
+        rows: section.get("rows").map(|node| rows(&node)).transpose()?,
+        source: section.get("source").map(|node| origin(&node)).transpose()?,
+        quantity: text("quantity")?,
+        kind: text("kind")?,
+        direction: text("direction")?,
+        small,
+        fit: fitted::values(section),
+        axes: optional.iter().filter(is_given).map(|name| (*name).to_owned()).collect(),
+    })
 }
 
-/// Whether `rest = "peak"` is there: the law beyond its first peak, with the peak as friction at rest.
-fn rests_at_peak(section: &Section, about: About) -> Result<bool, ConfigError> {
-    let Some(node) = section.get("rest") else { return Ok(false) };
-    if node.text()? != "peak" {
-        return Err(node.error("rest can be peak only", "write the friction at rest as static"));
-    }
-    if section.get("static").is_some() {
-        return Err(
-            node.error("friction at rest is written twice: here, and as static", "leave one of them out")
-        );
-    }
-    match about {
-        About::Oscillator => Ok(true),
-        About::Machine(_) => {
-            let remedy = "write the peak as the friction at rest: static, with the law of slip beyond it";
-            Err(node.error("the friction of a machine has no rest at a peak", remedy))
-        }
-    }
+/// Rows of numbers.
+fn rows(node: &Node) -> Result<Vec<Vec<f64>>, ConfigError> {
+    let wanted = "rows such as [[0.0, 0.4], [0.1, 0.35], [0.5, 0.3]]";
+    let numbers = |row: &Node| row.list(wanted)?.iter().map(Node::number).collect();
+    node.list(wanted)?.iter().map(numbers).collect()
 }
 
-/// The law with the parameters `exponent` and `drop`, if the grid has them.
-pub(super) fn with_axes(law: Law, friction: &Section, axes: &Section) -> Result<Law, ConfigError> {
-    let law = if axes.get("exponent").is_some() { law.with_exponent() } else { law };
-    let Some(node) = axes.get("drop") else { return Ok(law) };
-    if friction.get("static").is_some() && law.may_drop() {
-        let remedy = "leave out one of them: static above the law at u -> 0 is a drop, too";
-        return Err(node.error("the drop is written twice: here, and by static in [friction]", remedy));
+/// What is known of rows.
+fn origin(node: &Node) -> Result<Origin, ConfigError> {
+    let Shape::Table(table) = node.shape() else { return Err(node.wrong_kind("a table")) };
+    super::refuse_unknown_keys(&table, &["file", "lines", "readings", "told", "no_rest"])?;
+    let text = |key: &str| table.get(key).map(|node| node.text().map(str::to_owned)).transpose();
+    let count = |node: &Node| node.integer::<usize>(0, i64::from(u32::MAX));
+    let lines = |node: &Node| node.list("a list of lines")?.iter().map(count).collect();
+    Ok(Origin {
+        file: text("file")?.unwrap_or_default(),
+        lines: table.get_or("lines", Vec::new(), lines)?,
+        readings: table.get("readings").map(|node| count(&node)).transpose()?,
+        told: text("told")?,
+        no_rest: table.get_or("no_rest", false, Node::truth)?,
+    })
+}
+
+/// The error at the key concerned.
+pub(super) fn at(section: &Section, axes: &Section, wrong: Wrong) -> ConfigError {
+    let home = if KEYS.contains(&wrong.key) { section } else { axes };
+    match home.get(wrong.key) {
+        Some(node) => node.error(&wrong.words(node.text().unwrap_or_default()), wrong.remedy),
+        // Rows stand in place of a file.
+        None if wrong.key == "file" && home.get("rows").is_some() => {
+            at(section, axes, Wrong { key: "rows", ..wrong })
+        }
+        None if wrong.problem.is_empty() => home.missing(wrong.key, wrong.remedy),
+        None => home.missing(wrong.key, format!("{}; {}", wrong.problem, wrong.remedy)),
     }
-    if law.may_drop() || law.parameters().len() < MAX_LAW_PARAMETERS {
-        return Ok(law.with_drop());
-    }
-    let problem = format!("the law has {MAX_LAW_PARAMETERS} parameters, and no room for a drop");
-    Err(node.error(&problem, "write some of them as numbers, or the drop as static in [friction]"))
 }
 
 /// Whether the friction of a machine is said to be a force or a coefficient.
 fn quantity(section: &Section) -> Result<Option<bool>, ConfigError> {
-    let quantities = [("coefficient", false), ("force", true)];
+    let quantities = [("coefficient", false), (FORCE, true)];
     section.get("quantity").map(|node| choice(&node, &quantities, "quantity")).transpose()
 }
 
@@ -157,15 +130,6 @@ pub(super) fn holds_forces(section: &Section, law: &Law) -> Result<bool, ConfigE
     match law.as_written() {
         Law::Table(table) => Ok(table.source().forces),
         _ => Ok(quantity(section)? == Some(true)),
-    }
-}
-
-fn static_level(node: &Node) -> Result<f64, ConfigError> {
-    let level = node.number()?;
-    if level > 0.0 && level.is_finite() {
-        Ok(level)
-    } else {
-        Err(node.error("the friction at rest must be greater than 0", "write it in the units of the law"))
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod axis;
 mod curves;
+mod described;
 mod fitted;
 mod law;
 mod machine;
@@ -15,19 +16,24 @@ mod measured;
 mod points;
 mod source;
 mod units;
+mod written;
 
 use std::path::{Path, PathBuf};
 
 pub use axis::range_nodes;
 pub use law::point_into;
 
-pub use machine::{MachineJob, check_names, load_machine};
-pub use measured::{Fits, Fitted, FittedLaw, Level, Measured, OfMachine, Reading, law_of, words_of};
+pub use described::{About, Fit, LawText, Origin, Wrong, with_axes};
+pub use machine::{MachineJob, check_names, load_machine, machine_of};
+pub use measured::{
+    Direction, Fits, Fitted, FittedLaw, How, Kind, Level, Measured, OfMachine, Reading, law_of, words_of,
+};
 pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;
 pub use source::decimal_comma;
 use source::{Node, Section, Source};
-pub use units::{has_unit, number_in};
+pub use units::{conversion, has_unit, head_of, number_in};
+pub use written::{nodes, quoted};
 
 use slipmap_certify::validated;
 use slipmap_column::{DEFAULT_TOLERANCE, Method, TOLERANCES};
@@ -100,14 +106,10 @@ impl Job {
         }
         let alone = machine.is_present();
         let about = match alone {
-            true => law::About::Machine(machine::motion_of(&machine)?),
-            false => law::About::Oscillator,
+            true => About::Machine(machine::motion_of(&machine)?),
+            false => About::Oscillator,
         };
-        let law = law::read(&friction, folder, about)?;
-        let law = match alone {
-            true => machine::with_exponent(law, &machine),
-            false => law::with_axes(law, &friction, &axes)?,
-        };
+        let law = law::read(&friction, if alone { &machine } else { &axes }, folder, about)?;
         if !alone {
             law::check_symbols(&law, &friction, &axes)?;
         }

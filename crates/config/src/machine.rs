@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::fmt::Debug;
 use std::path::Path;
 
-use super::law::{About, at_formula};
+use super::described::{About, Fit, Wrong};
 use super::source::{ConfigError, Node, Section, Shape, Source};
 use super::units::{Match, compare, conversion, converted, meant, with_unit};
 use super::{axis, choice, fitted, law, nearest, refuse_unknown_keys};
@@ -14,8 +14,7 @@ use slipmap_machine::{
     MASS, Machine, Motion, NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
 };
 use slipmap_map::{Grid, Shown};
-use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
-use slipmap_model::point::LawParameters;
+use slipmap_model::friction::{Expression, ExpressionError, Law, Source as Known, Table};
 
 /// A machine, of which any quantities may vary.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,13 +46,9 @@ pub(super) fn known_keys(law: &Law) -> Vec<&'static str> {
     keys.chain(Given::NAMES).chain([INERTIA]).collect()
 }
 
-/// The law with the parameter `exponent`, if the machine has it.
-pub(super) fn with_exponent(law: Law, section: &Section) -> Law {
-    if section.get(Coefficients::EXPONENT).is_some() { law.with_exponent() } else { law }
-}
-
 /// Refuses a formula that uses the name of a quantity of the machine.
-pub fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
+pub fn check_names(law: &Law) -> Result<(), Wrong> {
+    let Law::Expression(formula) = law.as_written() else { return Ok(()) };
     let mut names = formula.parameters().iter().map(|parameter| parameter.name);
     let machine = known_keys(&Law::Coulomb);
     let is_taken = |name: &&str| machine.contains(name) && !Coefficients::NAMES.contains(name);
@@ -61,7 +56,7 @@ pub fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
     let (from, to) = formula.place_of(name).unwrap_or_default();
     let problem = format!("`{name}` is a quantity of the machine");
     let remedy = "give the parameter of the friction another name".to_owned();
-    Err(ExpressionError { from, to, problem, remedy })
+    Err(Wrong::in_formula(ExpressionError { from, to, problem, remedy }))
 }
 
 /// The remedy for an unknown key of `[machine]`.
@@ -237,7 +232,7 @@ pub fn load_machine<V: Debug>(file: &Path, values: &[(String, V)]) -> Result<Mac
     }
     let friction = root.section("friction")?;
     let about = About::Machine(motion_of(&section)?);
-    let law = with_exponent(law::read(&friction, file.parent().unwrap_or(Path::new("")), about)?, &section);
+    let law = law::read(&friction, &section, file.parent().unwrap_or(Path::new("")), about)?;
     let known = known_keys(&law);
     if let Some(key) = section.keys().iter().find(|key| !known.contains(&key.as_str())) {
         return Err(section.unknown(key, remedy(key, &law)));
@@ -265,11 +260,11 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let forces = law::holds_forces(friction, law)?;
     let motion = motion_of(section)?;
     check_places(section, motion, forces)?;
-    if let (Law::Expression(formula), Some(phi)) = (law.as_written(), friction.get("phi")) {
-        check_names(formula).map_err(|error| at_formula(&phi, &error))?;
-    }
-    let fitted = fitted::values(friction);
-    let of_fit = |name: &str| fitted.iter().find(|(known, ..)| known == name);
+    let wrong = |wrong: Wrong| law::at(friction, section, wrong);
+    check_names(law).map_err(wrong)?;
+    let fit = fitted::values(friction);
+    let fitted = fit.as_ref().and_then(Fit::spreads).unwrap_or_default();
+    let of_fit = |name: &str| fitted.iter().find(|(known, ..)| *known == name);
     check_complete(section, law, forces, |name| of_fit(name).is_some())?;
     if let Some(node) = section.get(NORMAL_FORCE).filter(|_| forces) {
         if matches!(law.as_written(), Law::Expression(_)) {
@@ -310,29 +305,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
         several.and_then(|(_, values)| values.last().copied()).or_else(|| known(name))
     };
     let value = |name: &str| known(name).or_else(|| (name == "strengthening").then_some(0.0));
-    let fastest = 2.0 * largest(BELT_SPEED).unwrap_or(f64::NAN);
-    check_friction(section, friction, law, value, largest, fastest)?;
-    let law = match law.as_written() {
-        // Measured forces belong to the normal force of the measurement, or to an unknown one.
-        Law::Table(table) => {
-            let unit = if forces { known(NORMAL_FORCE).unwrap_or(1.0) } else { 1.0 };
-            let table = Law::Table(measured(friction, table, unit, fastest, motion)?);
-            if law.is_read_as_small() { table.read_as_small() } else { table }
-        }
-        _ => law.clone(),
-    };
-    let machine = Machine::new(motion, &law, value).ok_or_else(|| section.missing(MASS, String::new()))?;
-    if machine.model().is_none() {
-        let node = friction.get("phi").or_else(|| friction.get("file"));
-        let (problem, remedy) = (
-            "it leaves the numbers, or is too long, in dimensionless terms",
-            "check the units, or simplify it",
-        );
-        return Err(node.map_or_else(
-            || section.missing("mass", format!("{problem}; {remedy}")),
-            |node| node.error(problem, remedy),
-        ));
-    }
+    let machine = machine_of(motion, law, value, largest).map_err(wrong)?;
     let (units, conversions) = (units.into_inner(), conversions.into_inner());
     Ok(MachineJob { machine, varied, uncertain, units, conversions, title: None })
 }
@@ -488,68 +461,86 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Refuses kinetic friction that no static friction of the machine exceeds, and a formula that is illegal on slip speeds up
-/// to `fastest`.
-fn check_friction(
-    section: &Section,
-    friction: &Section,
+/// The machine of a law in SI units with these values of its quantities; `largest` is the largest value of one that
+/// varies. Measured forces are divided by the normal force, if there is one. Every number is one of a machine, and the
+/// friction is known and legal up to twice the belt speed.
+///
+/// # Errors
+/// The first quantity that is missing or illegal, or what is wrong with the friction.
+pub fn machine_of(
+    motion: Motion,
     law: &Law,
     value: impl Fn(&str) -> Option<f64>,
     largest: impl Fn(&str) -> Option<f64>,
-    fastest: f64,
-) -> Result<(), ConfigError> {
-    let Law::Expression(formula) = law.as_written() else {
-        let (kinetic, most) = (section.get("kinetic_friction"), largest("static_friction"));
-        return match (kinetic, value("kinetic_friction"), most) {
-            (Some(node), Some(least), Some(most)) if !(0.0..=most).contains(&least) => {
-                check(&node, "kinetic_friction", least, (false, Coefficients::KINETIC))
-            }
-            _ => Ok(()),
-        };
+) -> Result<Machine, Wrong> {
+    check_names(law)?;
+    let fastest = 2.0 * largest(BELT_SPEED).unwrap_or(f64::NAN);
+    let (law, unit) = match law.as_written() {
+        Law::Table(table) => {
+            check_reach(table, fastest, motion)?;
+            let unit = Some(NORMAL_FORCE).filter(|_| table.source().forces).and_then(&value);
+            let source = Known { forces: table.source().forces && unit.is_none(), ..table.source().clone() };
+            let table = table.in_units(1.0, unit.unwrap_or(1.0));
+            let table = table.map_err(|error| Wrong::new("file", error.problem, error.remedy))?;
+            let table = Law::Table(table.with_source(source));
+            (if law.is_read_as_small() { table.read_as_small() } else { table }, "file")
+        }
+        _ => (law.clone(), "phi"),
     };
-    let Some(phi) = friction.get("phi") else { return Err(friction.missing("phi", String::new())) };
-    let values: Vec<f64> =
-        formula.parameters().iter().filter_map(|parameter| value(parameter.name)).collect();
-    let parameters = LawParameters::new(&values);
-    let known = Friction::Formula(formula.clone(), parameters);
-    let rest = known.at_rest();
-    if !known.is_legal_at_rest() {
-        let problem = format!("the coefficient of friction at rest, u = 0, is {rest}");
-        return Err(phi.error(&problem, "write a formula that is greater than 0 there"));
+    let machine = Machine::new(motion, &law, &value).ok_or_else(|| {
+        let names = Machine::names(&law, |name| value(name).is_some());
+        let missing = names.into_iter().find(|name| *name != NORMAL_FORCE && value(name).is_none());
+        Wrong::missing(missing.unwrap_or(MASS), "write a number in SI units")
+    })?;
+    if let Some((name, value, wanted)) = machine.illegal() {
+        let at_most = largest("static_friction").unwrap_or(0.0);
+        // Some static friction exceeds it.
+        if name != "kinetic_friction" || !(0.0..=at_most).contains(&value) {
+            return Err(Wrong::new(name, format!("{name} must be {wanted}"), UNITS));
+        }
     }
-    let divided = Expression::with_static(&formula.text(), rest);
-    let checked = divided.and_then(|law| law.check(1.0, &parameters, fastest));
-    checked.map_err(|error| at_formula(&phi, &error))
+    let rest = machine.friction.at_rest();
+    if !machine.friction.is_legal_at_rest() {
+        let problem = format!("the coefficient of friction at rest, u = 0, is {rest}");
+        return Err(Wrong::new(unit, problem, "write friction that is greater than 0 there"));
+    }
+    if let Friction::Formula(formula, parameters) = &machine.friction {
+        let divided = Expression::with_static(&formula.text(), rest);
+        let checked = divided.and_then(|law| law.check(1.0, parameters, fastest));
+        checked.map_err(Wrong::in_formula)?;
+    }
+    match machine.model() {
+        Some(_) => Ok(machine),
+        None => {
+            let problem = "it leaves the numbers, or is too long, in dimensionless terms";
+            let key = if law.built_in().is_some() { MASS } else { unit };
+            Err(Wrong::new(key, problem, "check the units, or simplify it"))
+        }
+    }
 }
 
-/// Measured friction, divided by `unit` to give coefficients; it must cover slip speeds up to `fastest`.
-fn measured(
-    friction: &Section,
-    table: &Table,
-    unit: f64,
-    fastest: f64,
-    motion: Motion,
-) -> Result<Table, ConfigError> {
-    let Some(file) = friction.get("file") else { return Err(friction.missing("file", String::new())) };
-    if table.fastest() < fastest {
-        let velocity = motion.unit(Dimension::Velocity);
-        let problem = format!(
-            "the data end at slip speed {} {velocity}, and belt speeds up to {} {velocity} need it up to {fastest} {velocity}",
-            table.fastest(),
-            0.5 * fastest
-        );
-        return Err(file.error(&problem, "measure farther, or choose lower belt speeds"));
+/// Checks that measured friction of a machine reaches to a slip speed.
+fn check_reach(table: &Table, fastest: f64, motion: Motion) -> Result<(), Wrong> {
+    if !(table.fastest() < fastest) {
+        return Ok(());
     }
-    table.in_units(1.0, unit).map_err(|error| file.error(&error.problem, error.remedy))
+    let velocity = motion.unit(Dimension::Velocity);
+    let problem = format!(
+        "the data end at slip speed {} {velocity}, and belt speeds up to {} {velocity} need it up to {fastest} {velocity}",
+        table.fastest(),
+        0.5 * fastest
+    );
+    Err(Wrong::new("file", problem, "measure farther, or choose lower belt speeds"))
 }
+
+/// The remedy for an illegal number.
+const UNITS: &str =
+    "mind the units: kg, N/m, N s/m, N, m/s; of a rotation kg m^2, N m/rad, N m s/rad, N m, rad/s";
 
 fn check(node: &Node, key: &str, value: f64, (legal, wanted): (bool, &str)) -> Result<(), ConfigError> {
     match legal && value.is_finite() {
         true => Ok(()),
-        false => Err(node.error(
-            &format!("{key} must be {wanted}"),
-            "mind the units: kg, N/m, N s/m, N, m/s; of a rotation kg m^2, N m/rad, N m s/rad, N m, rad/s",
-        )),
+        false => Err(node.error(&format!("{key} must be {wanted}"), UNITS)),
     }
 }
 

@@ -9,13 +9,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use super::law::point_into;
+use super::described::{Wrong, with_axes};
 use super::nearest;
 use super::source::{ConfigError, decimal_comma};
 use super::units::{Match, bracketed, compare, conversion, converted, has_unit, meant};
 use slipmap_machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
 use slipmap_model::friction::{Law, PointError};
-use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
+use slipmap_model::point::Point;
 
 /// Number of rows handed out at a time: keeps all cores busy and fits into memory.
 const BATCH: usize = 8192;
@@ -47,8 +47,8 @@ pub struct PointTable {
     parsed: Arc<AtomicU64>,
     /// Whether lines end as on Windows.
     carriage_returns: Arc<AtomicBool>,
-    /// Whether the first row has been looked at for numbers that nobody reads.
-    is_checked: bool,
+    /// The columns that are not read and had no text yet; `None` before the first row.
+    unread: Option<Vec<usize>>,
 }
 
 /// A column that is read.
@@ -71,19 +71,8 @@ impl PointTable {
         let table = Self::with_header(path)?;
         table.refuse_columns_of(shared.iter().map(|(name, _)| name.as_str()))?;
         let has = |name: &str| table.header.iter().any(|field| base(&field_text(field)) == name);
-        let mut law = law.clone();
-        if has("exponent") {
-            law = law.with_exponent();
-        }
-        if has("drop") && !law.axis_names().contains(&"drop") {
-            if law.may_drop() || law.parameters().len() >= MAX_LAW_PARAMETERS {
-                let problem =
-                    "the column `drop` is there, and the law has a drop already, or no room for one";
-                let remedy = "leave out the static friction, a parameter, or the column";
-                return Err(ConfigError::new(format!("{}:1", table.name), problem, remedy));
-            }
-            law = law.with_drop();
-        }
+        let law = with_axes(law.clone(), has)
+            .map_err(|wrong| ConfigError::new(format!("{}:1", table.name), wrong.words(""), wrong.remedy))?;
         let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
         let names: Vec<&str> = law.axis_names().into_iter().filter(|name| !is_shared(name)).collect();
         let columns = find_axes(&table.name, &table.header, &names, None)?.0;
@@ -172,7 +161,7 @@ impl PointTable {
             shared: Vec::new(),
             parsed,
             carriage_returns,
-            is_checked: false,
+            unread: None,
         })
     }
 
@@ -205,32 +194,37 @@ impl PointTable {
             position.set_line(line);
             row.set_position(Some(position));
             self.parsed.store(self.reader.position().byte(), Ordering::Relaxed);
-            if !std::mem::replace(&mut self.is_checked, true) {
-                self.refuse_unread(&row)?;
-            }
+            self.refuse_unread(&row)?;
             rows.push(row);
         }
         Ok(rows)
     }
 
-    /// Refuses a column of numbers that is not read: its numbers would not be those of the answers.
-    fn refuse_unread(&self, row: &ByteRecord) -> Result<(), ConfigError> {
+    /// Refuses a column of numbers that is not read: its numbers would not be those of the answers. The first field that
+    /// is not empty tells whether a column holds numbers or text.
+    fn refuse_unread(&mut self, row: &ByteRecord) -> Result<(), ConfigError> {
+        let header = |position: usize| field_text(self.header.get(position).unwrap_or_default());
+        let is_kept = |name: &str| name.starts_with('#') || NUMBERED.contains(&name);
         let is_read = |position: usize| self.columns.iter().any(|column| column.position == position);
-        let mut unread = (0..self.header.len()).filter(|position| !is_read(*position));
-        let is_number = |position: &usize| {
-            let name = field_text(self.header.get(*position).unwrap_or_default());
-            !name.starts_with('#')
-                && !NUMBERED.contains(&name.as_str())
-                && field_text(row.get(*position).unwrap_or_default()).parse::<f64>().is_ok()
-        };
-        let Some(position) = unread.find(is_number) else { return Ok(()) };
-        let name = field_text(self.header.get(position).unwrap_or_default());
-        let problem = format!("column {}: the numbers of `{name}` are not read", position + 1);
-        let remedy = format!(
-            "to keep the column unread, call it `#{name}`; {}",
-            nearest("column", base(&name), &self.names)
-        );
-        Err(ConfigError::new(format!("{}:1", self.name), problem, remedy))
+        let all = || (0..self.header.len()).filter(|at| !is_read(*at) && !is_kept(&header(*at))).collect();
+        let mut unread: Vec<usize> = self.unread.take().unwrap_or_else(all);
+        if unread.is_empty() {
+            self.unread = Some(unread);
+            return Ok(());
+        }
+        let field = |position: usize| field_text(row.get(position).unwrap_or_default());
+        if let Some(position) = unread.iter().copied().find(|at| field(*at).parse::<f64>().is_ok()) {
+            let name = header(position);
+            let problem = format!("column {}: the numbers of `{name}` are not read", position + 1);
+            let remedy = format!(
+                "to keep the column unread, call it `#{name}`; {}",
+                nearest("column", base(&name), &self.names)
+            );
+            return Err(ConfigError::new(format!("{}:1", self.name), problem, remedy));
+        }
+        unread.retain(|at| field(*at).is_empty());
+        self.unread = Some(unread);
+        Ok(())
     }
 
     /// The point of `law` in a row.
@@ -305,13 +299,12 @@ pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, PointError> {
 /// Checks that a law is legal at a point for the slip speeds that every orbit and every test uses.
 ///
 /// # Errors
-/// What is wrong with it, and a remedy.
-pub fn check_law(law: &Law, point: &Point) -> Result<(), (String, String)> {
+/// What is wrong with it.
+pub fn check_law(law: &Law, point: &Point) -> Result<(), Wrong> {
     let fastest = 2.0 * point.belt_speed;
     let (end, remedy) = match law.as_written() {
         Law::Expression(law) => {
-            let checked = law.check(point.epsilon, &point.law, fastest);
-            return checked.map_err(|error| (point_into(&law.text(), &error), error.remedy));
+            return law.check(point.epsilon, &point.law, fastest).map_err(Wrong::in_formula);
         }
         Law::Table(table) if table.fastest() < fastest => (
             format!("the data of {} end at slip speed {}", table.origin(), table.fastest()),
@@ -323,7 +316,7 @@ pub fn check_law(law: &Law, point: &Point) -> Result<(), (String, String)> {
         ),
         _ => return Ok(()),
     };
-    Err((format!("V = {}: {end}, below 2 V", point.belt_speed), remedy.into()))
+    Err(Wrong::new("V", format!("V = {}: {end}, below 2 V", point.belt_speed), remedy))
 }
 
 /// The remedy for a table with semicolons or decimal commas, as spreadsheets of some countries write them.

@@ -314,6 +314,11 @@ impl<'a> Node<'a> {
         self.item.as_str().ok_or_else(|| self.wrong_kind("text in quotes"))
     }
 
+    /// The value as true or false.
+    pub(super) fn truth(&self) -> Result<bool, ConfigError> {
+        self.item.as_bool().ok_or_else(|| self.wrong_kind("true or false"))
+    }
+
     /// The value as a list; `wanted` describes the elements in messages.
     pub(super) fn list(&self, wanted: &str) -> Result<Vec<Node<'a>>, ConfigError> {
         self.elements().ok_or_else(|| self.wrong_kind(wanted))

@@ -305,8 +305,15 @@ pub(super) fn converted(number: f64, factor: f64) -> f64 {
 }
 
 /// The conversion of this unit to the wanted one, for messages: "1 mm/s is 0.001 m/s".
-pub(super) fn conversion(unit: &str, factor: f64, wanted: &str) -> String {
+#[must_use]
+pub fn conversion(unit: &str, factor: f64, wanted: &str) -> String {
     format!("1 {unit} is {} {wanted}", rounded(factor, 6)).trim_end().to_owned()
+}
+
+/// The name in a header, and its unit.
+#[must_use]
+pub fn head_of(header: &str) -> (&str, Option<&str>) {
+    bracketed(header).map_or((header.trim(), None), |(name, unit)| (name, Some(unit)))
 }
 
 /// The name in a header and the text in the brackets at its end, `damping [N s/m]`, or the unit by which it is divided,

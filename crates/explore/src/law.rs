@@ -1,131 +1,39 @@
 //! A friction law as the page sends it, and back.
 
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::refusal::Refusal;
-use slipmap_config::{Level, Measured, OfMachine};
-use slipmap_machine::{Coefficients, Motion};
-use slipmap_model::friction::{Law, Table};
+use slipmap_config::{About, LawText};
+use slipmap_model::friction::Law;
 
 /// Largest number of characters of a formula.
 const LONGEST_FORMULA: usize = 4096;
 
-/// A friction law as the page sends it.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct LawText {
-    /// One of [`Law::names`].
-    name: String,
-    /// The formula of the law `expression`.
-    phi: String,
-    /// The rows of the law `table`, as CSV.
-    table: String,
-    /// Name of the table's file.
-    file: String,
-    /// Friction at slip speed 0, by which formula and table are divided; 1 if there is none.
-    #[serde(rename = "static")]
-    static_level: Option<f64>,
-    /// Whether it is read as 1 + eps F(u).
-    pub(super) small: bool,
-    /// Those of the parameters `exponent` and `drop` that a map of the law has; of a machine the quantities that stand
-    /// in place of others, and the exponent.
-    pub(super) axes: Vec<String>,
+/// The law that the page describes.
+pub(super) fn law_of(text: &LawText, about: About) -> Result<Law, Refusal> {
+    if text.phi.as_ref().is_some_and(|phi| phi.len() > LONGEST_FORMULA) {
+        let problem = format!("the formula has more than {LONGEST_FORMULA} characters");
+        return Err(Refusal::bad_input(problem, "give the law as a table"));
+    }
+    // Axes that the law has not belong to the one before.
+    let known = |axis: &&String| *axis != "drop" || may_have_drop(text, about);
+    let axes = text.axes.iter().filter(known).cloned().collect();
+    Ok(LawText { axes, ..text.clone() }.law(about)?)
 }
 
-impl LawText {
-    pub(super) fn law(&self) -> Result<Law, Refusal> {
-        self.law_of(None)
-    }
-
-    /// The law; its table may be that of a machine.
-    fn law_of(&self, machine: Option<OfMachine>) -> Result<Law, Refusal> {
-        if let Some(level) = self.static_level.filter(|level| !(*level > 0.0 && level.is_finite())) {
-            let problem = format!("the friction at rest is {level}; it must be greater than 0");
-            return Err(Refusal::bad_input(problem, "write it in the units of the law"));
-        }
-        let built_in = Law::BUILT_IN.into_iter().find(|law| law.name() == self.name);
-        let level = match self.static_level {
-            Some(level) => Level::Given(level),
-            None if machine.is_some() => Level::First,
-            None => Level::One,
-        };
-        let law = match (self.name.as_str(), built_in) {
-            (_, Some(law)) => law,
-            ("expression", None) if self.phi.len() > LONGEST_FORMULA => {
-                let problem = format!("the formula has more than {LONGEST_FORMULA} characters");
-                return Err(Refusal::bad_input(problem, "give the law as a table"));
-            }
-            ("expression", None) => level.formula(&self.phi)?,
-            ("table", None) => {
-                let file = if self.file.is_empty() { "table" } else { &self.file };
-                let table = Measured::of_bytes(file, self.table.as_bytes(), machine)
-                    .and_then(|read| read.table(level));
-                Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
-            }
-            (name, None) => {
-                let names: Vec<&str> = Law::names().collect();
-                let problem = format!("there is no law `{name}`");
-                return Err(Refusal::bad_input(problem, format!("choose from: {}", names.join(", "))));
-            }
-        };
-        Ok(if self.small { law.read_as_small() } else { law })
-    }
-
-    /// The law of a machine: coefficients of friction, whatever they are at slip speed 0.
-    pub(super) fn in_si_units(&self, motion: Motion) -> Result<Law, Refusal> {
-        let plain = Self { static_level: None, ..self.clone() };
-        let law = plain.law_of(Some(OfMachine { motion: Some(motion), forces: Some(false) }))?;
-        check_names(&law)?;
-        Ok(if plain.axes.iter().any(|name| name == Coefficients::EXPONENT) {
-            law.with_exponent()
-        } else {
-            law
-        })
-    }
+/// Whether the law has room for the parameter `drop`, which is none of a machine.
+fn may_have_drop(text: &LawText, about: About) -> bool {
+    let plain = LawText { axes: Vec::new(), ..text.clone() };
+    let has_room = |law: Law| slipmap_config::with_axes(law, |name| name == "drop").is_ok();
+    about == About::Oscillator && plain.law(about).is_ok_and(has_room)
 }
 
-/// Refuses a formula that uses the name of a quantity of the machine.
-pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
-    match law.as_written() {
-        Law::Expression(formula) => Ok(slipmap_config::check_names(formula)?),
-        _ => Ok(()),
-    }
-}
-
-/// Checks that data reach to a slip speed, twice that of the belt.
-pub(super) fn check_reach(table: &Table, fastest: f64) -> Result<(), Refusal> {
-    let (origin, end) = (table.origin(), table.fastest());
-    let problem =
-        || format!("the data of {origin} end at slip speed {end}, below twice the belt speed: {fastest}");
-    let remedy = "choose a lower belt speed, or measure farther";
-    if end < fastest { Err(Refusal::bad_input(problem(), remedy)) } else { Ok(()) }
-}
-
-/// A law as the page sends it, the reverse of [`LawText::law`].
+/// A dimensionless law as the page sends it.
 pub(super) fn law_json(law: &Law) -> Value {
-    let mut object = json!({ "name": law.name() });
-    match law.as_written() {
-        Law::Expression(formula) => {
-            object["phi"] = formula.text().into();
-            object["static"] = formula.static_level().into();
-        }
-        Law::Table(table) => {
-            let errors = table.standard_errors();
-            let rows = table.data().enumerate().map(|(i, (u, friction))| match errors {
-                Some(errors) => format!("{u},{friction},{}\n", errors[i]),
-                None => format!("{u},{friction}\n"),
-            });
-            object["table"] = rows.collect::<String>().into();
-            object["file"] = table.origin().into();
-            object["static"] = table.static_level().into();
-        }
-        _ => {}
-    }
-    let axes = ["exponent", "drop"];
-    object["axes"] = law.parameters().iter().map(|of| of.name).filter(|name| axes.contains(name)).collect();
-    if law.is_read_as_small() {
-        object["small"] = true.into();
-    }
-    object
+    json(LawText::of(law, About::Oscillator))
+}
+
+/// A law that was described; null if it cannot be.
+pub(super) fn json(text: Option<LawText>) -> Value {
+    text.and_then(|text| serde_json::to_value(text).ok()).unwrap_or_default()
 }

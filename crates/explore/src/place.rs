@@ -6,14 +6,15 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::law::{LawText, check_reach};
+use super::law::law_of;
 use super::quantities;
 use super::refusal::Refusal;
-use slipmap_config::point_of;
+use slipmap_config::{About, Fit, LawText, MachineJob, check_law, machine_of, point_of, with_axes};
+use slipmap_machine::risk::Spread;
 use slipmap_machine::{BELT_SPEED, DAMPING, Dimension, Machine};
 use slipmap_map::Shown;
 use slipmap_model::friction::Law;
-use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
+use slipmap_model::point::Point;
 use slipmap_page::units::UnitSystem;
 
 /// A law and a value for each of its axes, by name; with a motion, a machine in SI units. Other names are
@@ -28,6 +29,12 @@ pub(super) struct Place {
     /// The units of its figures, by quantity, where they are not those of SI: name and size.
     #[serde(default)]
     units: BTreeMap<String, (String, f64)>,
+    /// The spreads of its uncertain quantities: a standard deviation, or both ends of a range.
+    #[serde(default)]
+    spread: BTreeMap<String, Vec<f64>>,
+    /// The title of what it began with.
+    #[serde(default)]
+    pub(super) title: Option<String>,
 }
 
 impl Place {
@@ -35,7 +42,40 @@ impl Place {
     pub(super) fn machine(&self) -> Result<Option<Machine>, Refusal> {
         let Some(motion) = &self.motion else { return Ok(None) };
         let motion = quantities::motion_of(motion)?;
-        quantities::machine(&self.law.in_si_units(motion)?, motion, &self.law.axes, &self.at).map(Some)
+        let law = law_of(&self.law, About::Machine(motion))?;
+        let names = quantities::names(&law, &self.law.axes, self.law.holds_forces(&law));
+        let value = |name: &str| self.at.get(name).copied().filter(|_| names.contains(&name));
+        if let Some(name) = names.iter().find(|name| value(name).is_none()) {
+            let problem = format!("a machine of the law `{}` also needs {name}", law.name());
+            return Err(Refusal::malformed(problem));
+        }
+        Ok(Some(machine_of(motion, &law, value, value)?))
+    }
+
+    /// The machine with its units, its title, and the spreads of what is uncertain. A fitted quantity that was moved
+    /// has no error of the fit.
+    pub(super) fn job(&self) -> Result<Option<MachineJob>, Refusal> {
+        let Some(machine) = self.machine()? else { return Ok(None) };
+        let fitted = self.law.fit.as_ref().and_then(Fit::spreads).unwrap_or_default();
+        let of_fit = |name: &str, value: f64| {
+            let found = fitted.iter().find(|(known, fitted, _)| *known == name && *fitted == value)?;
+            Some(found.2)
+        };
+        let own = |name: &str| match self.spread.get(name)?[..] {
+            [sd] => Some(Spread::Normal { sd }),
+            [min, max] => Some(Spread::Uniform { min, max }),
+            _ => None,
+        };
+        let quantities = machine.quantities();
+        let uncertain = quantities
+            .iter()
+            .filter_map(|(name, value)| Some((*name, of_fit(name, *value).or_else(|| own(name))?)));
+        let units = quantities.iter().filter_map(|(name, _)| {
+            let (unit, size) = self.units.get(*name)?.clone();
+            Some((*name, Some(Shown { unit, size })))
+        });
+        let (uncertain, units, title) = (uncertain.collect(), units.collect(), self.title.clone());
+        Ok(Some(MachineJob { machine, varied: Vec::new(), uncertain, units, conversions: Vec::new(), title }))
     }
 
     /// The units of the numbers of its figures.
@@ -59,9 +99,8 @@ impl Place {
             return Ok((law, values));
         }
         let differs = |name: &str, from: f64| self.at.get(name).is_some_and(|value| *value != from);
-        let law = with_all(self.law.law()?, |name| {
-            let is_axis = self.law.axes.iter().any(|axis| axis == name) || wanted.contains(&name);
-            is_axis || differs(name, if name == "drop" { 0.0 } else { 1.0 })
+        let law = with_all(law_of(&self.law, About::Oscillator)?, |name| {
+            wanted.contains(&name) || differs(name, if name == "drop" { 0.0 } else { 1.0 })
         });
         let value = |name: &&str| {
             let missing = || Refusal::malformed(format!("the law `{}` also needs {name}", law.name()));
@@ -87,21 +126,10 @@ impl Place {
 /// The law with the parameters `exponent` and `drop`, each if it is `wanted` and the law may have it.
 pub(super) fn with_all(law: Law, wanted: impl Fn(&str) -> bool) -> Law {
     let law = if wanted("exponent") { law.with_exponent() } else { law };
-    let may_drop = law.may_drop() || law.parameters().len() >= MAX_LAW_PARAMETERS;
-    if wanted("drop") && !may_drop { law.with_drop() } else { law }
+    with_axes(law.clone(), wanted).unwrap_or(law)
 }
 
 /// The values of a point by the names of the law's axes.
 pub(super) fn at_json(law: &Law, point: &Point) -> Value {
-    law.coordinates(&point).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
-}
-
-/// Checks that the law is legal at a point for the slip speeds that every orbit and every test uses.
-pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), Refusal> {
-    let fastest = 2.0 * point.belt_speed;
-    match law.as_written() {
-        Law::Expression(law) => Ok(law.check(point.epsilon, &point.law, fastest)?),
-        Law::Table(table) => check_reach(table, fastest),
-        _ => Ok(()),
-    }
+    law.coordinates(point).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
 }

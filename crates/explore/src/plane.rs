@@ -2,12 +2,12 @@
 
 use serde::Deserialize;
 
-use super::place::{Place, check_law};
+use super::place::Place;
 use super::refusal::Refusal;
 use super::show::Show;
 use slipmap_certify::Guarantee;
 use slipmap_column::Method;
-use slipmap_config::range_nodes;
+use slipmap_config::{check_law, range_nodes};
 use slipmap_map::{Field, Grid};
 use slipmap_model::friction::Law;
 use slipmap_page::units::UnitSystem;
@@ -171,7 +171,7 @@ fn check_corners(grid: &Grid) -> Result<(), Refusal> {
         let index: Vec<usize> = shape.iter().map(|len| ((len - 1) as f64 * share) as usize).collect();
         match check_law(grid.law(), &grid.point(&index)) {
             Ok(()) => return Ok(()),
-            Err(refusal) => first = first.or(Some(refusal)),
+            Err(wrong) => first = first.or(Some(wrong.into())),
         }
     }
     first.map_or(Ok(()), Err)

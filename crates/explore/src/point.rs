@@ -9,7 +9,8 @@ use super::figures;
 use super::place::Place;
 use super::refusal::Refusal;
 use slipmap_column::{DEFAULT_TOLERANCE, Method};
-use slipmap_machine::assessment::sensitivities;
+use slipmap_config::MachineJob;
+use slipmap_machine::assessment::{StandardErrors, sensitivities};
 use slipmap_machine::behaviour::behaviour;
 use slipmap_machine::probe::{Answer, MachineResult, Probe, regime_words};
 
@@ -43,9 +44,11 @@ impl PointRequest {
         let (law, point) = self.place.point()?;
         let (answer, direct) = Answer::of_both_engines(&law, &point, DEFAULT_TOLERANCE, Method::all());
         let mut whole = Probe::new(&answer, &direct);
-        if let Some(machine) = self.place.machine()? {
+        if let Some(MachineJob { machine, uncertain, .. }) = self.place.job()? {
             let behaviour = machine.model().map(|model| behaviour(&model, DEFAULT_TOLERANCE));
-            whole.machine = behaviour.map(|behaviour| MachineResult::new(&machine, &behaviour, None));
+            let errors = StandardErrors::of_dampings(&machine, &uncertain);
+            let result = |behaviour| MachineResult::new(&machine, &behaviour, errors.as_ref());
+            whole.machine = behaviour.map(result);
             let mut answer = to_json(&whole)?;
             answer["machine"]["sensitivities"] = to_json(&sensitivities(&machine))?;
             return Ok(answer);

@@ -1,77 +1,29 @@
 //! Machines in SI units: their quantities are the axes of the page in place of a law's parameters.
 
-use std::collections::BTreeMap;
-
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
 use slipmap_machine::{
-    AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, FREQUENCY, Friction, Machine, Model, Motion,
-    NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
+    AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, FREQUENCY, Machine, Model, Motion, NORMAL_FORCE,
+    PRESSURE, RADIUS, requirement, unit,
 };
-use slipmap_model::friction::{Expression, Law, Table};
+use slipmap_model::friction::{Law, Table};
 
 pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
     let found = Motion::ALL.into_iter().find(|motion| motion.name() == name);
     found.ok_or_else(|| Refusal::malformed(format!("there is no motion `{name}`")))
 }
 
-/// The machine with these values of its quantities, of which those `given` stand in place of others. Its law is in SI
-/// units; its friction must be legal up to twice the belt speed.
-pub(super) fn machine(
-    law: &Law,
-    motion: Motion,
-    given: &[String],
-    at: &BTreeMap<String, f64>,
-) -> Result<Machine, Refusal> {
-    super::law::check_names(law)?;
-    let names = Machine::names(law, is_given(given));
-    let value = |name: &str| at.get(name).copied().filter(|_| names.contains(&name));
-    let lacks = || {
-        let name = names.iter().find(|name| value(name).is_none()).copied().unwrap_or_default();
-        Refusal::malformed(format!("a machine of the law `{}` also needs {name}", law.name()))
-    };
-    let machine = Machine::new(motion, law, value).filter(|it| it.normal_force_is_known).ok_or_else(lacks)?;
-    check(&machine)?;
-    Ok(machine)
+/// The names of the quantities of a machine, of which those `given` stand in place of others. Friction that is a force
+/// has no normal force.
+pub(super) fn names(law: &Law, given: &[String], forces: bool) -> Vec<&'static str> {
+    let names = Machine::names(law, is_given(given)).into_iter();
+    names.filter(|name| !(forces && *name == NORMAL_FORCE)).collect()
 }
 
 /// Whether a quantity is one of those that stand in place of others.
 fn is_given(given: &[String]) -> impl Fn(&str) -> bool {
     |name| given.iter().any(|it| it == name)
-}
-
-/// The law of a machine as the page sends it, with the quantities that stand in place of others.
-pub(super) fn law_json(machine: &Machine) -> Value {
-    let mut law = super::law::law_json(&machine.law());
-    let names: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
-    let usual = Machine::names(&machine.law(), |_| false);
-    let mut given: Vec<&str> = names.iter().filter(|name| !usual.contains(name)).copied().collect();
-    // A frequency stands for the mass where the stiffness is given.
-    given.extend(["stiffness", Coefficients::EXPONENT].into_iter().filter(|name| names.contains(name)));
-    law["axes"] = given.into();
-    law
-}
-
-fn check(machine: &Machine) -> Result<(), Refusal> {
-    if let Some((name, value, wanted)) = machine.illegal() {
-        let problem = format!("{name} is {value}; it must be {wanted}");
-        return Err(Refusal::bad_input(problem, "choose another value"));
-    }
-    let rest = machine.friction.at_rest();
-    if !machine.friction.is_legal_at_rest() {
-        let problem = format!("the coefficient of friction at rest is {rest}");
-        return Err(Refusal::bad_input(problem, "it must be greater than 0"));
-    }
-    let fastest = 2.0 * machine.belt_speed;
-    match &machine.friction {
-        Friction::Formula(formula, parameters) => {
-            // In the units in which it was typed, so that an error has its place there.
-            Ok(Expression::new(&formula.text(), rest)?.check(1.0, parameters, fastest)?)
-        }
-        Friction::Measured(table) => super::law::check_reach(table, fastest),
-        Friction::Coefficients(..) => Ok(()),
-    }
 }
 
 /// The default value of a quantity; the defaults describe a brake pad.
@@ -101,7 +53,7 @@ fn usual(name: &str, law: &Law) -> f64 {
 }
 
 /// The axes of a machine under a law in SI units, in the format of the axes of a law.
-pub(super) fn axes(law: &Law, motion: Motion, given: &[String]) -> Value {
+pub(super) fn axes(law: &Law, motion: Motion, given: &[String], forces: bool) -> Value {
     let fastest = match law.as_written() {
         Law::Table(table) => Some(0.5 * table.fastest()),
         _ => None,
@@ -129,7 +81,7 @@ pub(super) fn axes(law: &Law, motion: Motion, given: &[String]) -> Value {
             "value": value,
         })
     };
-    Machine::names(law, is_given(given)).into_iter().map(one).collect()
+    names(law, given, forces).into_iter().map(one).collect()
 }
 
 /// The dimensionless law of a machine, and the values of its axes.

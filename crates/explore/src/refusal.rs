@@ -5,8 +5,9 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 
+use slipmap_config::Wrong;
 use slipmap_map::{GridError, PlanError};
-use slipmap_model::friction::{ExpressionError, PointError};
+use slipmap_model::friction::PointError;
 use slipmap_numbers::text::with_short_quotes;
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -65,9 +66,13 @@ impl Refusal {
     }
 }
 
-impl From<ExpressionError> for Refusal {
-    fn from(error: ExpressionError) -> Self {
-        Self { place: Some([error.from, error.to]), ..Self::bad_input(error.problem, error.remedy) }
+impl From<Wrong> for Refusal {
+    fn from(wrong: Wrong) -> Self {
+        match wrong.place {
+            // The page marks it in the formula.
+            Some(_) => Self { place: wrong.place, ..Self::bad_input(wrong.problem, wrong.remedy) },
+            None => Self::bad_input(wrong.words(""), wrong.remedy),
+        }
     }
 }
 

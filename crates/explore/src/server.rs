@@ -15,6 +15,7 @@ use axum::routing::{get, post};
 use axum::serve::ListenerExt as _;
 use serde::Deserialize;
 use serde_json::{Value, json};
+use slipmap_config::{About, LawText, check_names};
 use tokio::sync::Semaphore;
 
 use super::body::{JsonBody, LONGEST_BODY};
@@ -137,7 +138,7 @@ async fn start(State(shared): OfPage) -> Json<Value> {
 #[derive(Deserialize)]
 struct LawRequest {
     #[serde(flatten)]
-    law: law::LawText,
+    law: LawText,
     #[serde(default)]
     motion: Option<String>,
 }
@@ -146,14 +147,15 @@ struct LawRequest {
 async fn law(JsonBody(request): JsonBody<LawRequest>) -> Reply {
     let (law, axes) = match &request.motion {
         None => {
-            let law = request.law.law()?;
+            let law = law::law_of(&request.law, About::Oscillator)?;
             let axes = catalogue::axes(&law);
             (law, axes)
         }
         Some(motion) => {
             let motion = quantities::motion_of(motion)?;
-            let law = request.law.in_si_units(motion)?;
-            let axes = quantities::axes(&law, motion, &request.law.axes);
+            let law = law::law_of(&request.law, About::Machine(motion))?;
+            check_names(&law)?;
+            let axes = quantities::axes(&law, motion, &request.law.axes, request.law.holds_forces(&law));
             (law, axes)
         }
     };

@@ -2,9 +2,11 @@
 
 use serde_json::{Map, Value, json};
 
-use super::law::law_json;
+use super::law::{json as json_of, law_json};
 use slipmap_column::critical::{critical_damping, known_or_nan};
-use slipmap_machine::{DAMPING, Machine, NORMAL_FORCE};
+use slipmap_config::LawText;
+use slipmap_machine::risk::{Spread, Uncertain};
+use slipmap_machine::{DAMPING, Machine};
 use slipmap_map::{AxisRole, Grid, Shown};
 
 /// Factor by which the damping axis extends beyond the larger of two dampings.
@@ -18,15 +20,22 @@ pub struct Start {
     grid: Option<Grid>,
     /// The units of a machine's quantities, where they are not those of SI.
     units: Vec<(String, Shown)>,
+    title: Option<String>,
+    uncertain: Vec<Uncertain>,
 }
 
 impl Start {
     /// The plane of a configuration or a map; `held` are the units of what is no axis of it.
-    pub fn of(grid: &Grid, held: &[(&'static str, Option<Shown>)]) -> Self {
+    pub fn of(
+        grid: &Grid,
+        title: &str,
+        held: &[(&'static str, Option<Shown>)],
+        uncertain: &[Uncertain],
+    ) -> Self {
         let axes = grid.axes().iter().map(|axis| (axis.name.as_str(), &axis.shown));
         let all = axes.chain(held.iter().map(|(name, shown)| (*name, shown)));
         let units = all.filter_map(|(name, shown)| Some((name.to_owned(), shown.clone()?))).collect();
-        Self { grid: Some(grid.clone()), units }
+        Self { grid: Some(grid.clone()), units, title: Some(title.to_owned()), uncertain: uncertain.to_vec() }
     }
 
     pub(super) fn to_json(&self) -> Value {
@@ -57,20 +66,29 @@ impl Start {
         let pinned = machine.is_some() && [AxisRole::BeltSpeed, AxisRole::Damping].into_iter().all(single);
         let units: Map<String, Value> =
             self.units.iter().map(|(name, of)| (name.clone(), json!([of.unit, of.size]))).collect();
-        // Friction that is a force is one under the normal force 1.
-        let unknown = machine.filter(|machine| !machine.normal_force_is_known);
         let quantities = machine.into_iter().flat_map(Machine::quantities);
-        let quantities = quantities.chain(unknown.map(|machine| (NORMAL_FORCE, machine.normal_force)));
+        let spread = self.uncertain.iter().filter_map(|(name, spread)| {
+            let numbers = match *spread {
+                Spread::Normal { sd } => vec![sd],
+                Spread::Uniform { min, max } => vec![min, max],
+                // The fit of the law has them.
+                Spread::Joint { .. } => return None,
+            };
+            Some(((*name).to_owned(), json!(numbers)))
+        });
+        let spread: Map<String, Value> = spread.collect();
         let at: Map<String, Value> =
             quantities.map(|(name, value)| (name.to_owned(), shown(name, value).into())).collect();
         json!({
             "pinned": pinned,
             "most_damping": machine.and_then(most_damping).map(|most| rounded(most / size(DAMPING))),
             "motion": machine.map(|machine| machine.motion.name()),
+            "title": self.title,
             "units": units,
+            "spread": spread,
             "at": at,
             "law": match machine {
-                Some(machine) => super::quantities::law_json(machine),
+                Some(machine) => json_of(LawText::of_machine(machine, &self.uncertain)),
                 None => law_json(grid.law()),
             },
             "axes": grid.axes().iter().map(axis).collect::<Vec<_>>(),

@@ -20,8 +20,10 @@
 //! of the slope (Buckland, Burnham and Augustin, Biometrics 53, 1997). Slopes, because they are what makes a machine vibrate.
 
 mod model;
+mod reduction;
 
 pub use model::{Form, Shape};
+pub use reduction::{Reduced, Rows, breakaway, reduce};
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use model::FALL;
@@ -89,11 +91,16 @@ const COMPARED: i32 = 40;
 /// Least number of readings at rest whose own scatter is their error.
 const FEWEST_AT_REST: usize = 3;
 
-/// Fits every law to the readings, and sorts them by Akaike's criterion, the best one first.
+/// Fits every law to the readings, and sorts them by Akaike's criterion, the best one first. Readings in slip whose errors
+/// are correlated have the `root` of their covariance, a lower triangle.
 ///
 /// # Errors
 /// [`NoFit`].
-pub fn fits(in_slip: &[Reading], at_rest: &[Reading]) -> Result<Vec<Fit>, NoFit> {
+pub fn fits(
+    in_slip: &[Reading],
+    at_rest: &[Reading],
+    root: Option<&DMatrix<f64>>,
+) -> Result<Vec<Fit>, NoFit> {
     let mut speeds: Vec<f64> = in_slip.iter().map(|reading| reading.speed).collect();
     speeds.sort_by(f64::total_cmp);
     speeds.dedup();
@@ -104,7 +111,7 @@ pub fn fits(in_slip: &[Reading], at_rest: &[Reading]) -> Result<Vec<Fit>, NoFit>
         return Err(NoFit::TooFew(fewest));
     }
     let forms = Form::all().filter(|form| !form.drop || !at_rest.is_empty());
-    let mut fits: Vec<Fit> = forms.filter_map(|form| fit(form, in_slip, at_rest)).collect();
+    let mut fits: Vec<Fit> = forms.filter_map(|form| fit(form, in_slip, at_rest, root)).collect();
     fits.sort_by(|one, other| one.aicc.total_cmp(&other.aicc));
     if fits.is_empty() {
         let is_negative = in_slip.iter().all(|reading| reading.friction < 0.0);
@@ -152,7 +159,7 @@ fn fewest(form: Form, known: bool) -> usize {
 }
 
 /// Fits one law; `None` where it has too many parameters for the readings, or none that are legal.
-pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> {
+pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading], root: Option<&DMatrix<f64>>) -> Option<Fit> {
     let known = is_known(in_slip, at_rest);
     let mut readings: Vec<Reading> = in_slip.to_vec();
     // Breakaway scatters more than slip does: readings at rest are one, with its own error.
@@ -164,10 +171,11 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
     if n < fewest(form, known) {
         return None;
     }
-    let mut weights: Vec<f64> = match known {
+    let each = match known {
         true => readings.iter().map(|reading| 1.0 / reading.error).collect(),
         false => vec![1.0; n],
     };
+    let mut weights = Weights { each, root };
     let mut problem = Problem::start(form, &readings, weights.clone())?.minimised()?;
     if let (false, Some(rest), false) = (known, rest, form.drop)
         && rest.error > 0.0
@@ -175,7 +183,7 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
         // The weight of the reading at rest follows from the scatter in slip.
         let squares = problem.residuals.iter().take(in_slip.len()).map(|residual| residual * residual);
         let scatter = (squares.sum::<f64>() / (in_slip.len() - p.min(in_slip.len() - 1)) as f64).sqrt();
-        if let Some(last) = weights.last_mut() {
+        if let Some(last) = weights.each.last_mut() {
             *last = scatter / rest.error;
         }
         problem = Problem::start(form, &readings, weights)?.minimised()?;
@@ -218,7 +226,8 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
         aicc,
         residual,
         reduced: known.then_some(reduced),
-        runs: runs(&residuals),
+        // Neighbours on a curve are not independent.
+        runs: if root.is_some() { 0.0 } else { runs(&residuals) },
         residuals,
     })
 }
@@ -297,7 +306,7 @@ fn mean(at_rest: &[Reading], known: bool) -> Option<Reading> {
 
 /// The square of the 97.5 % quantile of Student's distribution, in units of that of the normal one: the expansion of
 /// Cornish and Fisher, with an error below a per cent from three degrees of freedom.
-fn widening(freedom: f64) -> f64 {
+pub fn widening(freedom: f64) -> f64 {
     let z: f64 = 1.959_963_984_540_054;
     let z2 = z * z;
     let first = (z2 + 1.0) / 4.0;
@@ -317,18 +326,41 @@ fn runs(residuals: &[f64]) -> f64 {
     if variance > 0.0 { (runs - 1.0 - pairs / n) / variance.sqrt() } else { 0.0 }
 }
 
+/// What makes the errors of readings independent, and 1.
+#[derive(Clone)]
+struct Weights<'a> {
+    each: Vec<f64>,
+    /// The root of the covariance of the first ones, in place of their weights.
+    root: Option<&'a DMatrix<f64>>,
+}
+
+impl Weights<'_> {
+    /// Columns of numbers, one for each reading, in units of their errors.
+    fn weighted(&self, mut columns: DMatrix<f64>) -> DMatrix<f64> {
+        let joint = self.root.map_or(0, DMatrix::nrows);
+        if let Some(root) = self.root {
+            // A root of a covariance has no 0 in its diagonal.
+            root.solve_lower_triangular_mut(&mut columns.rows_mut(0, joint));
+        }
+        for (mut row, weight) in columns.row_iter_mut().zip(&self.each).skip(joint) {
+            row.scale_mut(*weight);
+        }
+        columns
+    }
+}
+
 /// The least-squares problem of a law, in the parameters of [`Point`].
 struct Problem<'a> {
     form: Form,
     readings: &'a [Reading],
-    weights: Vec<f64>,
+    weights: Weights<'a>,
     parameters: DVector<f64>,
     residuals: DVector<f64>,
 }
 
 impl<'a> Problem<'a> {
     /// The best of some starts: for a given fall of friction the law is linear in all else.
-    fn start(form: Form, readings: &'a [Reading], weights: Vec<f64>) -> Option<Self> {
+    fn start(form: Form, readings: &'a [Reading], weights: Weights<'a>) -> Option<Self> {
         let fastest = readings.iter().map(|reading| reading.speed).fold(0.0, f64::max);
         let slowest =
             readings.iter().map(|reading| reading.speed).filter(|speed| *speed > 0.0).fold(fastest, f64::min);
@@ -337,10 +369,15 @@ impl<'a> Problem<'a> {
         let count = if form.shape == Shape::None { 1 } else { STARTS };
         let starts = (0..count).filter_map(|i| {
             let linear = form.linear(log(i));
-            let matrix = DMatrix::from_fn(readings.len(), linear.len(), |row, column| {
-                weights[row] * linear[column](readings[row].speed)
-            });
-            let target = DVector::from_fn(readings.len(), |row, _| weights[row] * readings[row].friction);
+            let count = linear.len();
+            let columns =
+                DMatrix::from_fn(readings.len(), count + 1, |row, column| match linear.get(column) {
+                    Some(of) => of(readings[row].speed),
+                    None => readings[row].friction,
+                });
+            let mut matrix = weights.weighted(columns);
+            let target = matrix.column(count).into_owned();
+            matrix = matrix.remove_column(count);
             let solved = matrix.clone().svd(true, true).solve(&target, 1e-12).ok()?;
             let squares = (matrix * &solved - target).norm_squared();
             Some((squares, form.parameters(&solved, log(i))))
@@ -362,12 +399,8 @@ impl<'a> Problem<'a> {
     /// The derivatives of the weighted residuals by the parameters of the law, in natural units.
     fn natural_jacobian(&self) -> DMatrix<f64> {
         let values = self.form.values(&self.parameters);
-        let rows = self.readings.iter().zip(&self.weights).map(|(reading, weight)| {
-            let gradient = self.form.gradient(&values, reading.speed);
-            DVector::from_vec(gradient) * *weight
-        });
-        let rows: Vec<DVector<f64>> = rows.collect();
-        DMatrix::from_fn(rows.len(), values.len(), |row, column| rows[row][column])
+        let rows = self.readings.iter().flat_map(|reading| self.form.gradient(&values, reading.speed));
+        self.weights.weighted(DMatrix::from_row_iterator(self.readings.len(), values.len(), rows))
     }
 }
 
@@ -379,10 +412,10 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     fn set_params(&mut self, parameters: &DVector<f64>) {
         self.parameters = parameters.clone();
         let values = self.form.values(parameters);
-        let miss = self.readings.iter().zip(&self.weights).map(|(reading, weight)| {
-            weight * (self.form.friction(&values, reading.speed) - reading.friction)
-        });
-        self.residuals = DVector::from_vec(miss.collect());
+        let miss =
+            self.readings.iter().map(|reading| self.form.friction(&values, reading.speed) - reading.friction);
+        let miss = DMatrix::from_iterator(self.readings.len(), 1, miss);
+        self.residuals = self.weights.weighted(miss).column(0).into_owned();
     }
 
     fn params(&self) -> DVector<f64> {

@@ -32,7 +32,7 @@ fn exact_readings_are_those_of_their_law() {
     {
         let form = form(shape, false);
         let data = readings(form, 40, 0.0, 1.0, &mut Random(1));
-        let found = fits(&data, &[]).unwrap();
+        let found = fits(&data, &[], None).unwrap();
         let best = found.iter().find(|fit| fit.form == form).unwrap();
         for (value, expected) in best.values.iter().zip(truth(shape)) {
             assert!((value / expected - 1.0).abs() < 1e-6, "{shape:?}: {:?}", best.values);
@@ -81,7 +81,7 @@ fn errors_are_those_of_repeated_measurements() {
         let mut squares = [0.0; 4];
         for _ in 0..REPEATED {
             let data = readings(form, 40, noise, error, &mut random);
-            let fit = fit(form, &data, &[]).unwrap();
+            let fit = fit(form, &data, &[], None).unwrap();
             let deviations = fit.values.iter().zip(truth(form.shape)).zip(fit.errors());
             for (sum, ((value, expected), error)) in squares.iter_mut().zip(deviations) {
                 *sum += ((value - expected) / error).powi(2) / f64::from(REPEATED);
@@ -105,7 +105,7 @@ fn a_drop_is_found() {
     let rest: Vec<Reading> = (0..6)
         .map(|_| Reading { speed: 0.0, friction: 1500.0 + 20.0 * random.normal(), error: f64::NAN })
         .collect();
-    let best = &fits(&data, &rest).unwrap()[0];
+    let best = &fits(&data, &rest, None).unwrap()[0];
     let [level, error] = best.at_rest.unwrap();
     assert!((level - 1500.0).abs() < 4.0 * error && error < 20.0, "{level} {error}");
     assert!((best.values[0] - 1200.0).abs() < 4.0 * best.errors()[0], "{best:?}");
@@ -133,7 +133,7 @@ fn covariances_are_positive_definite() {
                 Reading { speed, friction, error: f64::NAN }
             };
             let data: Vec<Reading> = (0..40).map(reading).collect();
-            for fit in fits(&data, &[]).unwrap_or_default() {
+            for fit in fits(&data, &[], None).unwrap_or_default() {
                 let covariance = &fit.covariance;
                 assert_eq!(*covariance, covariance.transpose(), "{:?}", fit.form);
                 assert!(covariance.clone().cholesky().is_some(), "{:?} {covariance}", fit.form);

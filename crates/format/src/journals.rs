@@ -31,6 +31,8 @@ use super::writer::MapWriter;
 const REPLACES: &str = "replaces";
 /// Key in a journal's header of the number of shards that its run is one of; 0 if it is not a shard.
 const SHARDS: &str = "shards";
+/// The number of threads of the process.
+const THREADS: &str = "threads";
 
 /// Number of bytes of frames that are read at once.
 const WINDOW: u64 = 1 << 24;
@@ -51,8 +53,9 @@ pub(super) struct TileRecord<Tile, Of> {
 
 /// The contents of a journal's header: the attributes of the map that are known before the run, and what
 /// concerns the run alone.
-pub(super) fn header(found: &Journals, history: &str, shard: Option<Shard>) -> Vec<u8> {
+pub(super) fn header(found: &Journals, history: &str, shard: Option<Shard>, threads: usize) -> Vec<u8> {
     let mut attributes = found.opening.clone();
+    attributes.push((THREADS.into(), (threads as i64).into()));
     let shards = shard.map_or(0, Shard::of) as i64;
     attributes.push((REPLACES.into(), i64::from(found.existing == Existing::Replace).into()));
     attributes.push((SHARDS.into(), shards.into()));
@@ -84,6 +87,8 @@ pub struct Journals {
     pub account: Account,
     /// Seconds that the processes took, each up to its last tile.
     pub seconds: f64,
+    /// The largest number of threads of one of these processes; 0 where none had tiles.
+    pub threads: usize,
     /// Number of bytes that cannot be used: partial or damaged frames. Their tiles are not among the finished
     /// ones.
     pub lost: u64,
@@ -105,6 +110,7 @@ impl Journals {
             history: Vec::new(),
             account: Account::none(plan),
             seconds: 0.0,
+            threads: 0,
             lost: 0,
             shards: None,
         }
@@ -181,8 +187,14 @@ impl Journals {
         }
         self.lost += reader.rest();
         self.seconds += seconds;
-        if let (true, Some(Value::Text(line))) = (used, header.get("history")) {
-            self.history.push(line.clone());
+        if used {
+            if let Some(Value::Text(line)) = header.get("history") {
+                self.history.push(line.clone());
+            }
+            if let Some(Value::Integers(threads)) = header.get(THREADS) {
+                let threads = threads.iter().filter_map(|&threads| usize::try_from(threads).ok());
+                self.threads = threads.fold(self.threads, usize::max);
+            }
         }
         Ok(())
     }

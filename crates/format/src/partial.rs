@@ -81,7 +81,7 @@ impl PartialMap {
         if tiles > 0 {
             history = format!("{history} (resumed with {tiles} of {} tiles)", found.tiles());
         }
-        let journal = Journal::create(&found.output, &header(&found, &history, shard))?;
+        let journal = Journal::create(&found.output, &header(&found, &history, shard, provenance.threads))?;
         Ok(Self {
             own: Mutex::new(Own { journal, tiles: Vec::new() }),
             history,

@@ -14,7 +14,6 @@ pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors, with_e
 use sensitivities::influence;
 pub use sensitivities::sensitivities_to;
 pub use sensitivities::{Influence, Sensitivity, sensitivities};
-use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
 use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_column::backbone::Backbone;
 use slipmap_column::critical::is_known;
@@ -241,12 +240,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         let answer = of_test(Method::Test(test), &test.claim(&column), &column, point.damping);
         Proof { test: test.name, verdict: answer.verdict.name(), reason: answer.reason }
     });
-    let mut proofs: Vec<Proof> = proofs.collect();
-    // A count of slip cycles may prove absence where all tests are undecided; it takes longer than the tests.
-    let undecided = proofs.iter().all(|proof| proof.verdict == "undecided");
-    if undecided && proves_absence(&oscillator, &count_slip_cycles(&oscillator)) {
-        proofs.push(Proof { test: "number_of_slip_cycles", verdict: "absent", reason: None });
-    }
+    let proofs: Vec<Proof> = proofs.collect();
     let backbone = attractors.backbone();
     let vibrates_below =
         backbone.and_then(|backbone| vibrates_below_damping(backbone, &column, critical, regime));

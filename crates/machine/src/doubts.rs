@@ -46,6 +46,8 @@ impl Machine {
             ));
         }
         if let Some(errors) = table.standard_errors()
+            && table.root_of_covariance().is_none()
+            && !table.source().named_errors
             && let largest = errors.iter().copied().fold(0.0, f64::max)
             && largest > table.static_level()
         {
@@ -151,6 +153,9 @@ mod tests {
         let measured = |unit: f64| of(table(unit));
         assert_eq!(measured(1.0), "");
         let with_third_column = |third: [f64; 3]| of(table(1.0).with_standard_errors(&third).unwrap());
+        let named = Source { named_errors: true, ..Source::default() };
+        let named = table(1.0).with_standard_errors(&[27.0, 31.0, 37.0]).unwrap().with_source(named);
+        assert!(!of(named).contains("third column"));
         assert_eq!(with_third_column([0.01, 0.02, 0.02]), "");
         // A temperature.
         assert!(with_third_column([27.0, 31.0, 37.0]).contains("third column of a.csv reaches 37"));

@@ -1,6 +1,6 @@
 //! The answer of one method about a point.
 
-use slipmap_certify::validated::any_law;
+use slipmap_certify::curve;
 use slipmap_certify::{Claim, Decision, Guarantee};
 use slipmap_column::{Method, Verdict};
 use slipmap_model::friction::Column;
@@ -20,8 +20,7 @@ pub struct MethodAnswer {
     pub critical_c: Option<f64>,
     /// Estimate of its absolute error; `None` for methods whose edge is exact to rounding.
     pub critical_c_error: Option<f64>,
-    /// Reason why the verdict is neither presence nor absence, or what it follows from where that is not the claim
-    /// with this edge.
+    /// Reason why the verdict is neither presence nor absence.
     pub reason: Option<String>,
 }
 
@@ -63,14 +62,14 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
             let unknown = "the friction law is not known at all slip speeds up to 2 V";
             no_first_order.map(|why| why.to_string()).or_else(|| is_unknown().then(|| unknown.into()))
         }
-        Guarantee::Validated => any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()),
+        Guarantee::Validated => curve::prove(column).stop.map(|stop| stop.to_string()),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
             .then(|| "the friction law has no proved bounds at all slip speeds up to 2 V".into()),
         Guarantee::Numerical | Guarantee::None => None,
     }
 }
 
-/// The reason why a proof, of a law other than Stribeck's, claims less than there is, or a balance of energy leaves a band.
+/// The reason why a proof claims less than there is, or a balance of energy leaves a band.
 fn why_not_sharp(method: Method, claim: &Claim, column: &Column) -> Option<String> {
     if method.guarantee() == Guarantee::Asymptotic {
         // Its two edges differ by the error of the balance of energy.
@@ -78,8 +77,8 @@ fn why_not_sharp(method: Method, claim: &Claim, column: &Column) -> Option<Strin
         let told = |error| format!("the balance of energy is known to +- {} only", short(error));
         return (error > 0.0 && error.is_finite()).then(|| told(error));
     }
-    let is_of_any_law = method.guarantee() == Guarantee::Validated && column.curve.stribeck().is_none();
-    is_of_any_law.then(|| any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()))?
+    let is_proved = method.guarantee() == Guarantee::Validated;
+    is_proved.then(|| curve::prove(column).stop.map(|stop| stop.to_string()))?
 }
 
 /// The reason why a claim is undecided at damping `c`.

@@ -48,7 +48,7 @@ fn point_words(plot: &OrbitPlot) -> Rich {
             quantity("damping", Dimension::Damping, point.damping),
         ]);
     }
-    join(plot.law.coordinates(&point).into_iter().map(|(name, value)| equals(name, value)))
+    join(plot.law.coordinates(point).into_iter().map(|(name, value)| equals(name, value)))
 }
 
 /// Draws phase portrait and time series.

@@ -61,6 +61,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
         config_text: format!("# {title}\n"),
         command_line: "slipmap run map.toml".into(),
         git: "a commit".into(),
+        threads: 1,
     };
     let writer = PartialMap::begin(&path, plan, &provenance, slipmap::files::Existing::Refuse).unwrap();
     let control = Control { threads: Some(1), ..Control::default() };

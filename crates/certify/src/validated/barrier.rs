@@ -579,8 +579,8 @@ fn radius(barrier: &Barrier, cells: &[Cell], least: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::any_law;
     use super::*;
+    use crate::curve;
     use slipmap_model::friction::{Expression, Table};
     use slipmap_model::point::Point;
     use slipmap_numbers::random::Random;
@@ -614,11 +614,11 @@ mod tests {
                     belt_speed: x[x.len() - 1],
                     damping: 0.0,
                 };
-                let own = any_law::prove(&law.column(&point)).critical;
+                let own = curve::prove(&law.column(&point)).critical();
                 let linear = (0..x.len())
                     .map(|axis| tile.slopes[axis] * (x[axis] - domain.middle[axis]) / domain.half[axis]);
                 let middle = tile.viscous + linear.sum::<f64>();
-                assert!(own.hi - own.lo < 1e-9, "{own:?}");
+                assert!(own.hi - own.lo < 1e-7, "{own:?}");
                 assert!(
                     (own.lo - middle).abs() <= tile.radius && (own.hi - middle).abs() <= tile.radius,
                     "{x:?} {own:?} {middle} {}",

@@ -183,8 +183,8 @@ impl LinearBound<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::any_law;
     use super::*;
+    use crate::curve;
     use slipmap_model::friction::{Expression, Table};
     use slipmap_model::point::{LawParameters, Point};
 
@@ -248,7 +248,7 @@ mod tests {
                 let law_parameters = LawParameters::new(own);
                 let point =
                     Point { epsilon: *epsilon, law: law_parameters, belt_speed: *belt_speed, damping: 0.0 };
-                let critical = any_law::prove(&law.column(&point)).critical;
+                let critical = curve::prove(&law.column(&point)).critical();
                 (0.5 * (critical.lo + critical.hi)).clamp(0.0, 0.5) / 0.5
             };
             let present = (0..columns).map(share).sum::<f64>() / columns as f64;

@@ -189,6 +189,7 @@ impl Columns {
             Ok(factor)
         };
         let speeds = read(speed, "slip speeds", velocity)?;
+        let no_unit = unit_of(speed, velocity).is_none() && unit_of(friction, of_friction).is_some();
         let levels = read(friction, "friction", of_friction)?;
         if !error.is_empty() && factor(error, "standard errors", of_friction)?.0 != levels {
             // An error without a unit is in that of the friction.
@@ -196,6 +197,9 @@ impl Columns {
                 let problem = "the standard errors are in another unit than the friction";
                 return Err((problem.into(), "convert them, or correct the header".into()));
             }
+        }
+        if no_unit {
+            self.said.push(format!("slip speeds have no unit and are read in {velocity}"));
         }
         self.factors = [speeds, levels];
         Ok(())
@@ -281,6 +285,12 @@ fn is_deviation(field: &str) -> bool {
 /// Whether a header says that its column holds logarithms.
 fn is_logarithm(field: &str) -> bool {
     words(field).iter().any(|word| word.starts_with("log") || ["lg", "ln"].contains(&word.as_str()))
+}
+
+/// Whether a line names the slip speed and the friction.
+pub(super) fn are_names(fields: &[String]) -> bool {
+    let has = |wanted: Role| fields.iter().any(|field| role(field) == wanted);
+    has(Role::Speed) && has(Role::Friction)
 }
 
 fn role(field: &str) -> Role {

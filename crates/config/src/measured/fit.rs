@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 
 use super::Measured;
-use super::readings::Knot;
-use slipmap_fit::{Fit, Form, NoFit, Reading, fits};
+use slipmap_fit::{Fit, Form, NoFit, Reading, Reduced, fits};
 use slipmap_machine::{AREA, Coefficients, Dimension, NORMAL_FORCE, PRESSURE, RADIUS};
 use slipmap_numbers::text::{known_part, rounded, short};
 use toml_edit::{DocumentMut, Item, TomlError};
@@ -68,6 +67,12 @@ pub struct Fitted {
     residual_runs: f64,
 }
 
+/// Largest number of independent readings that are fitted themselves.
+const MOST_READINGS: usize = 2000;
+
+/// Readings in slip and at rest, and the curve whose errors those in slip have.
+type Readings = ([Vec<Reading>; 2], Option<Reduced>);
+
 /// The fits to measured friction.
 #[derive(Clone, Debug)]
 pub struct Fits {
@@ -95,8 +100,9 @@ impl Measured {
     /// # Errors
     /// The problem with its line, and a remedy.
     pub fn fits(&self, law: Option<Form>) -> Result<Fits, (String, String)> {
-        let [in_slip, at_rest] = self.readings()?;
-        let all = fits(&in_slip, &at_rest).map_err(|why| {
+        let ([in_slip, at_rest], curve) = self.readings()?;
+        let root = curve.and_then(|curve| curve.root(0));
+        let all = fits(&in_slip, &at_rest, root.as_ref()).map_err(|why| {
             let (problem, remedy) = match why {
                 NoFit::TooFew(fewest) => {
                     ("there are too few slip speeds", format!("give at least {fewest} readings in slip"))
@@ -155,12 +161,12 @@ impl Measured {
         }
     }
 
-    /// The readings for a fit, in slip and at rest: those of a record over time, which are not independent, as the
-    /// means of its segments.
+    /// The readings for a fit, in slip and at rest: those of a record over time, which are not independent, and of two
+    /// directions, which differ, or very many, as the curve to which they are reduced, which has correlated errors.
     ///
     /// # Errors
     /// The problem with its line, and a remedy.
-    pub fn readings(&self) -> Result<[Vec<Reading>; 2], (String, String)> {
+    pub fn readings(&self) -> Result<Readings, (String, String)> {
         type Row = super::Reading;
         let of = |readings: &[Row]| -> Vec<Reading> {
             let of = |&Row { speed, friction, error, .. }: &Row| Reading { speed, friction, error };
@@ -171,13 +177,16 @@ impl Measured {
             let problem = format!("{}:{}: the standard error is 0", self.name, row.line);
             return Err((problem, "write the error that the reading has, or leave all of them out".into()));
         }
-        if !self.is_record {
-            return Ok([of(&self.in_slip), of(&self.at_rest)]);
-        }
-        let (knots, spread) = self.segments();
-        let knots = knots.iter().map(|&Knot { speed, friction, error }| Reading { speed, friction, error });
-        let at_rest = of(&self.at_rest).into_iter().map(|reading| Reading { error: spread, ..reading });
-        Ok([knots.collect(), at_rest.collect()])
+        let has = |backward: bool| self.in_slip.iter().any(|row| row.backward == backward);
+        let is_reduced = self.is_record || has(true) && has(false) || self.in_slip.len() > MOST_READINGS;
+        let curve = if is_reduced { self.reduced() } else { None };
+        let Some(mut curve) = curve else { return Ok(([of(&self.in_slip), of(&self.at_rest)], None)) };
+        (curve.friction, curve.covariance) = curve.by_rows.clone();
+        let knots = curve.speeds.iter().zip(curve.friction.iter()).zip(curve.errors());
+        let knots = knots.map(|((&speed, &friction), error)| Reading { speed, friction, error });
+        let rest = self.at_breakaway(&self.at_rest, curve.scatter);
+        let rest = rest.map(|[friction, error]| Reading { speed: 0.0, friction, error });
+        Ok(([knots.collect(), rest.into_iter().collect()], Some(curve)))
     }
 
     /// Whether the friction is a force; where nothing says so it is a coefficient.

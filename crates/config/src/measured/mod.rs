@@ -3,7 +3,7 @@
 
 mod columns;
 mod fit;
-mod readings;
+mod reduced;
 mod rows;
 mod table;
 mod text;
@@ -57,6 +57,77 @@ pub struct OfMachine {
     pub forces: Option<bool>,
 }
 
+/// What the rows of a file are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A record over time, in which neighbours are not independent.
+    Record,
+    /// Independent readings, in any order.
+    Curve,
+    /// The law itself: nothing is reduced.
+    Rows,
+}
+
+impl Kind {
+    /// All of them, by name.
+    pub const NAMES: [(&'static str, Self); 3] =
+        [("record", Self::Record), ("curve", Self::Curve), ("rows", Self::Rows)];
+}
+
+/// Of which direction of slip friction is taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Direction {
+    /// Forward slip alone.
+    Forward,
+    /// Backward slip alone.
+    Backward,
+    /// The mean of both.
+    #[default]
+    Mean,
+}
+
+impl Direction {
+    /// All of them, by name.
+    pub const NAMES: [(&'static str, Self); 3] =
+        [("forward", Self::Forward), ("backward", Self::Backward), ("mean", Self::Mean)];
+}
+
+/// How a file is to be read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct How {
+    /// The machine whose friction it is, in SI units; `None` for that of the oscillator.
+    pub machine: Option<OfMachine>,
+    /// What the rows are; as the file has it if it is `None`.
+    pub kind: Option<Kind>,
+    /// Of which direction of slip.
+    pub direction: Direction,
+}
+
+impl How {
+    /// The kind of rows and the direction of these names.
+    ///
+    /// # Errors
+    /// The name that there is not, and those that there are.
+    pub fn named(kind: Option<&str>, direction: Option<&str>) -> Result<Self, (String, String)> {
+        fn of<T: Copy>(
+            what: &str,
+            name: Option<&str>,
+            names: &[(&str, T)],
+        ) -> Result<Option<T>, (String, String)> {
+            let find = |name: &str| {
+                let found = names.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+                let known: Vec<&str> = names.iter().map(|(known, _)| *known).collect();
+                let refused =
+                    || (format!("there is no {what} `{name}`"), format!("choose from: {}", known.join(", ")));
+                found.ok_or_else(refused)
+            };
+            name.map(find).transpose()
+        }
+        let direction = of("direction", direction, &Direction::NAMES)?.unwrap_or_default();
+        Ok(Self { machine: None, kind: of("kind of rows", kind, &Kind::NAMES)?, direction })
+    }
+}
+
 /// A reading of the friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
@@ -68,8 +139,10 @@ pub struct Reading {
     pub error: f64,
     /// Its line in the file.
     pub line: usize,
-    /// The passage of a record over time to which it belongs: one sweep of the speed up or down.
-    pub passage: usize,
+    /// The visit of a record over time to which it belongs: a time at one speed, or a sweep of the speed up or down.
+    pub visit: usize,
+    /// Whether slip is backward.
+    pub backward: bool,
 }
 
 /// Measured friction; of a machine in SI units.
@@ -77,7 +150,7 @@ pub struct Reading {
 pub struct Measured {
     /// The file's name in messages.
     pub name: String,
-    /// Readings at rest, at slip speed 0: of a record over time the largest friction of each phase of rest.
+    /// Readings at rest, at slip speed 0: of a record over time the friction at which each phase of rest ends.
     pub at_rest: Vec<Reading>,
     /// Readings in slip, by increasing speed.
     pub in_slip: Vec<Reading>,
@@ -89,16 +162,18 @@ pub struct Measured {
     pub forces: Option<bool>,
     /// Whether the slip speeds are those of a rotation.
     pub motion: Motion,
+    /// Whether the rows are the law itself, as those of an oscillator are.
+    pub is_law: bool,
     /// What has been understood, one phrase each.
     pub said: Vec<String>,
 }
 
 impl Measured {
-    /// Reads the file at `path`; `machine` where its friction is that of a machine, in SI units.
+    /// Reads the file at `path`.
     ///
     /// # Errors
     /// The problem with its line, and a remedy.
-    pub fn read(path: &Path, machine: Option<OfMachine>) -> Result<Self, (String, String)> {
+    pub fn read(path: &Path, how: How) -> Result<Self, (String, String)> {
         let name = path.display().to_string();
         let mut bytes = Vec::new();
         // The length is limited because some files never end.
@@ -115,15 +190,15 @@ impl Measured {
             let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST >> 20);
             return Err((problem, "name a CSV file with the columns slip speed and friction".into()));
         }
-        Self::of_bytes(&name, &bytes, machine)
+        Self::of_bytes(&name, &bytes, how)
     }
 
     /// Reads the bytes of a file of this `name`, as [`Measured::read`] does.
     ///
     /// # Errors
     /// The problem with its line, and a remedy.
-    pub fn of_bytes(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Result<Self, (String, String)> {
-        rows::read(name, bytes, machine).map_err(|refused| refused.told(name))
+    pub fn of_bytes(name: &str, bytes: &[u8], how: How) -> Result<Self, (String, String)> {
+        rows::read(name, bytes, how).map_err(|refused| refused.told(name))
     }
 
     /// What has been understood of the file, in one line; `None` for a file as the documentation has it.

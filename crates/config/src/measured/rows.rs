@@ -3,19 +3,25 @@
 
 use super::columns::{self, Columns, Header};
 use super::text::{self, Decimal, Fields, Line};
-use super::{Measured, OfMachine, Reading, Refused};
+use super::{Direction, How, Kind, Measured, Reading, Refused};
+use slipmap_fit::breakaway;
 use slipmap_numbers::text::rounded;
 
 /// Share of the largest speed within which negative speeds with friction of the same sign are noise about rest.
 const NOISE: f64 = 0.03;
-/// Least number of times that the speeds of a record over time turn, and the least share of the largest speed of
-/// a turn.
-const TURNS: usize = 2;
+/// Least share of the largest speed of a turn from faster to slower or back, and least number of these in a record without
+/// times.
 const OF_A_TURN: f64 = 0.2;
-/// Least number of rows between two turns of a record, on average: of rows without order every third turns.
-const ROWS_OF_A_SWEEP: usize = 8;
+const TURNS: usize = 2;
 /// Least number of rows of a record over time: fewer, even with their times, are readings written down.
 const FEWEST_IN_RECORD: usize = 60;
+/// Largest mean step of the speed from row to row of a record, in units of that of rows without order.
+const LARGEST_STEP: f64 = 0.2;
+/// Largest share of rows whose time is before that of the row before: runs may be joined.
+const BACK_IN_TIME: f64 = 0.1;
+/// Step from one speed to the next of a staircase, in units of the median step, and least number of rows at one.
+const OF_A_STAIR: f64 = 5.0;
+const ROWS_OF_A_STAIR: usize = 3;
 /// Largest plausible coefficient of friction.
 const HIGHEST_FRICTION: f64 = 5.0;
 /// Number of lines named in a message.
@@ -27,14 +33,15 @@ const AT_REST: [&str; 8] =
 /// A row as written: a reading whose speed has its sign.
 type Row = Reading;
 
-pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Result<Measured, Refused> {
+pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refused> {
+    let How { machine, kind, direction } = how;
     let (decoded, encoding) = text::decode(bytes)?;
-    let Fields { lines, decimal, said: form } = text::fields(&decoded)?;
-    let (header, numeric, first) = layout(&lines, decimal)?;
+    let Fields { lines, decimal, comments, said: form } = text::fields(&decoded)?;
+    let (header, numeric, first) = layout(&lines, &comments, decimal)?;
     let columns = columns::find(header.as_ref(), &numeric, machine)?;
     let mut said: Vec<String> =
         encoding.into_iter().chain(form).chain(columns.said.iter().cloned()).collect();
-    let (mut rows, left_out) = numbers(&lines, first, &columns, decimal)?;
+    let (mut rows, left_out, in_time) = numbers(&lines, first, &columns, decimal)?;
     if !left_out.is_empty() {
         let which: Vec<String> = left_out.iter().take(NAMED).map(usize::to_string).collect();
         let more = if left_out.len() > NAMED { ", .." } else { "" };
@@ -49,9 +56,17 @@ pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Resu
     {
         said.push("friction has no unit and is read as a coefficient".into());
     }
-    let several = sweeps(&mut rows);
-    let is_record = several || columns.time.is_some() && rows.len() >= FEWEST_IN_RECORD;
-    let (folded, noise) = fold(rows, &mut said)?;
+    let is_record = match kind {
+        Some(kind) => kind == Kind::Record,
+        None => is_record(&rows, columns.time.is_some(), in_time),
+    };
+    if columns.time.is_some() && !is_record && kind.is_none() && rows.len() >= FEWEST_IN_RECORD {
+        said.push("rows taken as independent readings, not as a record over time: their speeds jump".into());
+    }
+    if is_record {
+        number_visits(&mut rows);
+    }
+    let (folded, noise) = fold(rows, direction, is_record, &mut said)?;
     let (at_rest, mut in_slip) = part(folded, is_record, noise, &mut said)?;
     if in_slip.windows(2).any(|rows| rows[0].speed > rows[1].speed) {
         if !is_record {
@@ -66,6 +81,7 @@ pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Resu
         in_slip,
         has_errors: columns.error.is_some(),
         is_record,
+        is_law: machine.is_none() || kind == Some(Kind::Rows),
         forces: columns.forces,
         motion: columns.motion,
         said,
@@ -73,7 +89,11 @@ pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Resu
 }
 
 /// The header, the columns that hold numbers, and the position of the first row of data.
-fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize>, usize), Refused> {
+fn layout(
+    lines: &[Line],
+    comments: &[Vec<Line>],
+    decimal: Decimal,
+) -> Result<(Option<Header>, Vec<usize>, usize), Refused> {
     let is_number = |field: &String| text::number(field, decimal).is_some_and(f64::is_finite);
     let is_data = |line: &Line| line.fields.iter().filter(|field| is_number(field)).count() >= 2;
     let Some(first) = lines.iter().position(is_data) else {
@@ -92,7 +112,12 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
     let numeric: Vec<usize> = (0..width).filter(|&column| numeric(column)).collect();
     // A row such as `static;0.42` may be above the data, and the units may be in a line of their own.
     let above = lines[..first].iter().filter(|line| line.fields.len() >= 2 && !is_rest(&line.fields[0]));
-    let above: Vec<&Line> = above.filter(|line| !line.fields.iter().any(is_number)).collect();
+    let mut above: Vec<&Line> = above.filter(|line| !line.fields.iter().any(is_number)).collect();
+    if above.is_empty() {
+        // Some programs write the header as comments.
+        let of_rows = |line: &&Line| line.fields.len() == width && line.number < rows[0].number;
+        above.extend(comments.iter().filter_map(|divided| divided.iter().find(of_rows)));
+    }
     let joined = |names: &Line, units: &Line| {
         let pairs = names.fields.iter().zip(&units.fields);
         pairs
@@ -103,7 +128,7 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
             .collect()
     };
     let header = match above.as_slice() {
-        [.., names, units] if names.fields.len() == units.fields.len() && are_units(units) => {
+        [.., names, units] if names.fields.len() == units.fields.len() && are_units(names, units) => {
             Some((names.number, joined(names, units)))
         }
         [.., names] => Some((names.number, names.fields.clone())),
@@ -132,14 +157,13 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
     Ok((header, numeric, start))
 }
 
-/// Whether a line below the names holds their units.
-fn are_units(line: &Line) -> bool {
+/// Whether a line below the names holds their units: all are known, or of columns that are named most are.
+fn are_units(names: &Line, line: &Line) -> bool {
     use super::super::units::{Match, compare};
-    let is_unit = |field: &String| {
-        let unit = field.trim_matches(['[', ']', '(', ')']);
-        unit.is_empty() || !matches!(compare(unit, ""), Match::Unknown)
-    };
-    line.fields.iter().all(is_unit)
+    let units = line.fields.iter().map(|field| field.trim_matches(['[', ']', '(', ')']));
+    let units: Vec<&str> = units.filter(|unit| !unit.is_empty()).collect();
+    let known = units.iter().filter(|unit| !matches!(compare(unit, ""), Match::Unknown)).count();
+    known == units.len() || 2 * known > units.len() && columns::are_names(&names.fields)
 }
 
 /// Whether the first field of a row says that it gives the friction at rest.
@@ -147,14 +171,15 @@ fn is_rest(field: &str) -> bool {
     AT_REST.contains(&field.trim().to_lowercase().as_str())
 }
 
-/// The rows from the `first` on as numbers, and the lines of those without.
+/// The rows from the `first` on as numbers, the lines of those without, and whether their times are in order.
 fn numbers(
     lines: &[Line],
     first: usize,
     columns: &Columns,
     decimal: Decimal,
-) -> Result<(Vec<Row>, Vec<usize>), Refused> {
+) -> Result<(Vec<Row>, Vec<usize>, bool), Refused> {
     let (mut rows, mut left_out) = (Vec::new(), Vec::new());
+    let (mut latest, mut backward_steps) = (f64::NEG_INFINITY, 0);
     let [of_speed, of_friction] = columns.factors;
     let (above, lines) = lines.split_at(first);
     for line in lines {
@@ -203,21 +228,45 @@ fn numbers(
                 }
             },
         };
+        if let Some(time) = columns.time.and_then(value) {
+            backward_steps += usize::from(time < latest);
+            latest = time;
+        }
         let (speed, friction) = (speed * of_speed, friction * of_friction);
-        rows.push(Row { speed, friction, error, line: line.number, passage: 0 });
+        rows.push(Row { speed, friction, error, line: line.number, visit: 0, backward: speed < 0.0 });
     }
     if rows.len() < 3 {
-        return Err(Refused::whole(&format!("there are only {} data", rows.len()), "give at least three"));
+        let problem = match rows.len() {
+            1 => "there is only one row of data".to_owned(),
+            count => format!("there are only {count} rows of data"),
+        };
+        return Err(Refused::whole(&problem, "give at least three"));
     }
-    Ok((rows, left_out))
+    let in_time = backward_steps as f64 <= BACK_IN_TIME * rows.len() as f64;
+    Ok((rows, left_out, in_time))
 }
 
-/// Numbers the sweeps of the speed up and down; returns whether there are several of many rows each, as in a record
-/// over time or a ramp that is repeated.
-fn sweeps(rows: &mut [Row]) -> bool {
+/// Whether rows are a record over time: many, in order of time, whose speed changes little from one to the next. Without
+/// times it goes up and down, since rows that are sorted by speed are none.
+fn is_record(rows: &[Row], has_times: bool, in_time: bool) -> bool {
+    let count = rows.len() as f64;
+    let steps = rows.windows(2).map(|pair| (pair[1].speed - pair[0].speed).abs());
+    let step = steps.sum::<f64>() / (count - 1.0);
+    // The mean difference of two rows without order.
+    let mut speeds: Vec<f64> = rows.iter().map(|row| row.speed).collect();
+    speeds.sort_by(f64::total_cmp);
+    let weights = (0..rows.len()).map(|i| 2.0 * i as f64 - (count - 1.0));
+    let without_order = speeds.iter().zip(weights).map(|(speed, weight)| speed * weight).sum::<f64>() * 2.0
+        / (count * (count - 1.0));
+    rows.len() >= FEWEST_IN_RECORD
+        && step <= LARGEST_STEP * without_order
+        && if has_times { in_time } else { turns(&mut rows.to_vec()) >= TURNS }
+}
+
+/// Numbers the sweeps of the speed up and down; returns the number of turns.
+fn turns(rows: &mut [Row]) -> usize {
     let largest = rows.iter().map(|row| row.speed.abs()).fold(0.0, f64::max);
     let (mut turns, mut rises, mut extreme) = (0, true, 0.0);
-    let count = rows.len();
     for row in rows {
         let speed = row.speed.abs();
         let further = if rises { speed - extreme } else { extreme - speed };
@@ -226,48 +275,99 @@ fn sweeps(rows: &mut [Row]) -> bool {
         } else if -further > OF_A_TURN * largest {
             (turns, rises, extreme) = (turns + 1, !rises, speed);
         }
-        row.passage = turns;
+        row.visit = turns;
     }
-    turns >= TURNS && count >= FEWEST_IN_RECORD.max(ROWS_OF_A_SWEEP * turns)
+    turns
 }
 
-/// Both directions of slip as one, and the largest speed that is noise about rest.
-fn fold(rows: Vec<Row>, said: &mut Vec<String>) -> Result<(Vec<Row>, f64), Refused> {
+/// Numbers the visits of a record: the steps of a staircase, or else the sweeps up and down.
+fn number_visits(rows: &mut [Row]) {
+    let mut steps: Vec<f64> = rows.windows(2).map(|pair| (pair[1].speed - pair[0].speed).abs()).collect();
+    let limit = |steps: &mut Vec<f64>| {
+        let middle = steps.len() / 2;
+        OF_A_STAIR * *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let limit = if steps.is_empty() { 0.0 } else { limit(&mut steps) };
+    let mut stairs = 0;
+    let mut visits = vec![0];
+    for pair in rows.windows(2) {
+        stairs += usize::from((pair[1].speed - pair[0].speed).abs() > limit);
+        visits.push(stairs);
+    }
+    if stairs > 0 && (stairs + 1) * ROWS_OF_A_STAIR <= rows.len() {
+        rows.iter_mut().zip(visits).for_each(|(row, visit)| row.visit = visit);
+    } else {
+        turns(rows);
+    }
+}
+
+/// Friction against slip in the directions that are taken, and the largest speed that is noise about rest.
+fn fold(
+    rows: Vec<Row>,
+    direction: Direction,
+    is_record: bool,
+    said: &mut Vec<String>,
+) -> Result<(Vec<Row>, f64), Refused> {
     let largest = rows.iter().map(|row| row.speed.abs()).fold(0.0, f64::max);
     let slowest = rows.iter().map(|row| -row.speed).fold(0.0, f64::max);
     let forward: Vec<&Row> = rows.iter().filter(|row| row.speed > 0.0).collect();
     let backward: Vec<&Row> = rows.iter().filter(|row| row.speed < 0.0).collect();
+    let lacks = match direction {
+        Direction::Mean => false,
+        Direction::Forward => forward.is_empty(),
+        Direction::Backward => backward.is_empty(),
+    };
+    if lacks {
+        return Err(Refused::whole("no row has this direction of slip", "take the other direction, or both"));
+    }
     if backward.is_empty() {
         return Ok((rows, 0.0));
     }
     let negative = |rows: &[&Row]| rows.iter().filter(|row| row.friction < 0.0).count();
     let mostly = |rows: &[&Row]| 2 * negative(rows) > rows.len();
     if !forward.is_empty() && slowest <= NOISE * largest && mostly(&forward) == mostly(&backward) {
-        let at_rest = |row: Row| Row { speed: if row.speed < 0.0 { 0.0 } else { row.speed }, ..row };
+        let at_rest = |row: Row| Row { speed: row.speed.max(0.0), backward: false, ..row };
         said.push(format!("speeds down to -{} taken as noise about rest", rounded(slowest, 3)));
         return Ok((rows.into_iter().map(at_rest).collect(), slowest));
     }
     // Friction against slip is positive; a coefficient may be written without a direction.
     let sign = |mostly_negative: bool| if mostly_negative { -1.0 } else { 1.0 };
     let signs = [sign(mostly(&forward)), sign(mostly(&backward))];
+    let both = match direction {
+        Direction::Forward => "forward slip alone",
+        Direction::Backward => "backward slip alone",
+        Direction::Mean => "the mean of both directions of slip",
+    };
     said.push(match (forward.is_empty(), backward_over_forward(forward, &backward)) {
         (true, _) => "slip is negative in all rows: taken as the direction of slip".into(),
-        (false, None) => "both directions of slip folded into one: they have no slip speeds in common".into(),
-        (false, Some(ratio)) => format!(
-            "both directions of slip folded into one: backward friction is on average {} % of that forward",
-            rounded(100.0 * ratio, 3)
-        ),
+        (false, None) => format!("{both}: they have no slip speeds in common"),
+        (false, Some(ratio)) => {
+            format!("{both}: backward friction is on average {} % of that forward", rounded(100.0 * ratio, 3))
+        }
     });
-    let folded = rows.into_iter().map(|row| {
-        let sign = match row.speed {
-            speed if speed > 0.0 => signs[0],
-            speed if speed < 0.0 => signs[1],
-            // At rest the sign may be that of either direction.
-            _ => sign(row.friction < 0.0),
-        };
-        Row { speed: row.speed.abs(), friction: sign * row.friction, ..row }
-    });
-    Ok((folded.collect(), 0.0))
+    let mut folded = Vec::new();
+    // At rest the sign may be that of either direction, in a record the same in all of a phase.
+    for phase in rows.chunk_by(|one, next| is_record && one.speed == 0.0 && next.speed == 0.0) {
+        let of_phase = sign(phase.iter().map(|row| row.friction).sum::<f64>() < 0.0);
+        folded.extend(phase.iter().map(|row| {
+            let sign = match row.speed {
+                speed if speed > 0.0 => signs[0],
+                speed if speed < 0.0 => signs[1],
+                _ => of_phase,
+            };
+            let backward = row.speed < 0.0 || row.speed == 0.0 && sign < 0.0;
+            Row { speed: row.speed.abs(), friction: sign * row.friction, backward, ..*row }
+        }));
+    }
+    // Without a sign friction at rest may be that of both directions.
+    let is_taken = |row: &Row| match direction {
+        _ if row.speed == 0.0 && signs[0] == signs[1] => true,
+        Direction::Mean => true,
+        Direction::Forward => !row.backward,
+        Direction::Backward => row.backward,
+    };
+    folded.retain(is_taken);
+    Ok((folded, 0.0))
 }
 
 /// The mean friction of backward slip over that of forward slip at the same slip speeds, between the rows of which it
@@ -296,25 +396,25 @@ fn part(
     if !is_record {
         return Ok(rows.into_iter().partition(|row| row.speed == 0.0));
     }
-    // While it sticks the friction is what pulls; it breaks loose at the largest, but for a phase that goes on at the
-    // end of the record.
+    // While it sticks the friction is what pulls; it breaks loose as the phase ends, but for one that goes on at the end of the
+    // record.
     let (mut at_rest, mut in_slip): (Vec<Reading>, Vec<Reading>) = (Vec::new(), Vec::new());
     let last = rows.last().map_or(0, |row| row.line);
     for phase in rows.chunk_by(|one, next| (one.speed <= noise) == (next.speed <= noise)) {
-        match phase[0].speed <= noise {
-            false => in_slip.extend(phase),
-            true if phase[phase.len() - 1].line == last => {}
-            true => {
-                let largest = phase.iter().max_by(|one, other| one.friction.total_cmp(&other.friction));
-                at_rest.extend(largest.map(|row| Reading { speed: 0.0, ..*row }));
+        match phase {
+            [row, ..] if row.speed > noise => in_slip.extend(phase),
+            [.., row] if row.line < last => {
+                let samples: Vec<f64> = phase.iter().map(|row| row.friction).collect();
+                at_rest.push(Reading { speed: 0.0, friction: breakaway(&samples), ..*row });
             }
+            _ => {}
         }
     }
     said.push(match at_rest.len() {
         0 => "a record over time that never rests".into(),
-        1 => "a record over time: the friction at rest is the largest of its phase of rest".into(),
+        1 => "a record over time: friction at rest is that at the end of its phase of rest".into(),
         phases => format!(
-            "a record over time: the friction at rest is the mean of the largest of {phases} phases of rest"
+            "a record over time: friction at rest is the mean of that at the end of {phases} phases of rest"
         ),
     });
     if in_slip.len() < 3 {

@@ -1,7 +1,7 @@
-//! Measured friction as a law: repeated and scattered readings averaged, and the friction at rest.
+//! Measured friction as a law: readings reduced to a curve, few of them averaged, and the friction at rest.
 
-use super::readings::{Knot, means, segments};
 use super::{Measured, Reading};
+use slipmap_fit::{Reduced, widening};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Source, Table};
 
 /// The friction at rest of a table or of a formula.
@@ -34,10 +34,8 @@ impl Level {
 /// Largest ratio of two readings at rest that are averaged. While it sticks, the friction is what the spring
 /// pulls: a record of that is no friction law.
 const WIDEST_AT_REST: f64 = 2.0;
-/// Number of rows from which those that scatter are averaged, and the share of them at
-/// which the friction turns that is scatter. With independent errors alone, two thirds of the rows have a turn.
-const FEWEST_SCATTERED: usize = 40;
-const SHARE_OF_TURNS: f64 = 0.25;
+/// Standard errors from which friction at rest is more than that as slip begins, or less.
+const SURE: f64 = 2.0;
 
 type Told = (String, String);
 
@@ -47,8 +45,8 @@ fn pairs(rows: &[Reading]) -> Vec<(f64, f64)> {
 }
 
 impl Measured {
-    /// The law that goes through the readings, or through their means: those of one slip speed are averaged, and
-    /// so are many that scatter. Two rows at rest, where no other speed is repeated, are the two coefficients: the
+    /// The law of the curve to which the readings are reduced, or of few the one that goes through them, or through the means
+    /// of those of one slip speed. Two rows at rest, where no other speed is repeated, are the two coefficients: the
     /// larger one is the friction at rest, and friction in slip begins at the smaller one. Without a row at rest
     /// friction in slip begins on the line through the slowest ones.
     ///
@@ -57,7 +55,10 @@ impl Measured {
     pub fn table(&self, level: Level) -> Result<Table, Told> {
         let mut said = self.said.clone();
         let (level, onset) = self.rest(level)?;
-        let mut rows = self.averaged(&onset, &mut said);
+        if let Some(curve) = self.reduced() {
+            return self.table_of(curve, level, &onset, said);
+        }
+        let mut rows = self.averaged(&onset);
         let no_rest = onset.is_empty()
             && !matches!(level, Level::Peak)
             && self.continue_to_rest(&mut rows, level, &mut said)?;
@@ -90,6 +91,7 @@ impl Measured {
             told: (!said.is_empty()).then(|| format!("{}: {}", self.name, said.join("; "))),
             forces: self.forces == Some(true),
             no_rest,
+            named_errors: self.has_errors,
         };
         table
             .and_then(|table| if has_errors { table.with_standard_errors(&errors) } else { Ok(table) })
@@ -132,26 +134,15 @@ impl Measured {
     }
 
     /// The rows of the law, with NaN for unknown standard errors.
-    fn averaged(&self, onset: &[Reading], said: &mut Vec<String>) -> Vec<Reading> {
-        let row = |speed, friction, error, line| Reading { speed, friction, error, line, passage: 0 };
-        let in_slip = pairs(&self.in_slip);
-        if self.is_record || scatters(&in_slip) {
-            let mut rows = Vec::new();
-            let (knots, spread) = self.segments();
-            if let [first, ..] = onset {
-                let all = pairs(onset);
-                let mean = all.iter().map(|(_, friction)| friction).sum::<f64>() / all.len() as f64;
-                let own = means(&all).and_then(|means| means.standard_errors).map(|errors| errors[0]);
-                rows.push(row(0.0, mean, own.unwrap_or(spread), first.line));
-            }
-            rows.extend(knots.iter().map(|knot| row(knot.speed, knot.friction, knot.error, 0)));
-            said.push(format!(
-                "{} readings in slip reduced to {} slip speeds with standard errors",
-                in_slip.len(),
-                knots.len()
-            ));
-            return rows;
-        }
+    fn averaged(&self, onset: &[Reading]) -> Vec<Reading> {
+        let row = |speed, friction, error, line| Reading {
+            speed,
+            friction,
+            error,
+            line,
+            visit: 0,
+            backward: false,
+        };
         let all: Vec<Reading> = onset.iter().chain(&self.in_slip).copied().collect();
         if self.has_errors {
             return all.chunk_by(|one, next| one.speed == next.speed).map(weighted).collect();
@@ -162,10 +153,94 @@ impl Measured {
         means.data.iter().enumerate().map(of).collect()
     }
 
-    /// The readings in slip as those of segments, and the standard deviation of one of the slowest.
-    pub(super) fn segments(&self) -> (Vec<Knot>, f64) {
-        let passages: Vec<usize> = self.in_slip.iter().map(|row| row.passage).collect();
-        segments(&pairs(&self.in_slip), self.is_record.then_some(&passages))
+    /// The law of a curve. Friction at rest is that as slip begins unless the readings at rest say surely that it is more.
+    fn table_of(
+        &self,
+        mut curve: Reduced,
+        level: Level,
+        onset: &[Reading],
+        mut said: Vec<String>,
+    ) -> Result<Table, Told> {
+        let told = |friction: f64, error: f64| slipmap_numbers::text::with_error(friction, error);
+        said.push(format!("{} readings in slip reduced to a curve with errors", self.in_slip.len()));
+        let rest = self.at_breakaway(onset, curve.scatter);
+        let level = match (level, rest) {
+            (Level::Peak, _) => level,
+            (Level::Given(level), rest) => {
+                // The lower of two rows at rest is where slip begins, which is at most at the friction at rest.
+                if let Some([friction, error]) = rest {
+                    curve.begin_at(friction, error * error);
+                }
+                if curve.friction[0] > level {
+                    curve.begin_at(level, 0.0);
+                }
+                Level::Given(level)
+            }
+            (_, None) => Level::First,
+            (_, Some([friction, error])) if self.is_record && !self.is_of_both(onset) => {
+                said.push(format!("friction at rest is {} in one direction", told(friction, error)));
+                Level::First
+            }
+            (_, Some([friction, error])) => {
+                let off = friction - curve.friction[0];
+                said.push(format!("friction at rest is {}", told(friction, error)));
+                // Slip begins at most at the friction at rest.
+                if off < 0.0 {
+                    curve.begin_at(friction, error * error);
+                }
+                let is_sure = off > SURE * error.hypot(curve.covariance[(0, 0)].sqrt());
+                if is_sure { Level::Given(friction) } else { Level::First }
+            }
+        };
+        let begins = told(curve.friction[0], curve.covariance[(0, 0)].max(0.0).sqrt());
+        let no_rest = if rest.is_none() { "no row at rest: " } else { "" };
+        said.push(format!("{no_rest}friction in slip begins at {begins}"));
+        let data: Vec<(f64, f64)> =
+            curve.speeds.iter().copied().zip(curve.friction.iter().copied()).collect();
+        let table = match level {
+            Level::Given(level) => Table::with_static(&self.name, &data, level),
+            Level::Peak => Table::with_rest_at_peak(&self.name, &data),
+            Level::One | Level::First => Table::new(&self.name, &data, data[0].1),
+        };
+        let source = Source {
+            readings: self.at_rest.len() + self.in_slip.len(),
+            told: Some(format!("{}: {}", self.name, said.join("; "))),
+            forces: self.forces == Some(true),
+            ..Source::default()
+        };
+        // The rows below a peak are one row.
+        let of = |table: Table| {
+            let root = curve.root(data.len() - table.data().count());
+            let rows = root.iter().flat_map(|root| root.row_iter().enumerate());
+            let rows = rows.map(|(i, row)| row.iter().take(i + 1).copied().collect()).collect();
+            table.with_root_of_covariance(rows)
+        };
+        let table = table.and_then(of).map(|table| table.with_source(source));
+        table.map_err(|error| (format!("{}: {}", self.name, error.problem), error.remedy))
+    }
+
+    /// Whether readings at rest are of both directions of slip if those in slip are: else they say nothing of the mean.
+    fn is_of_both(&self, onset: &[Reading]) -> bool {
+        let has = |rows: &[Reading], backward: bool| rows.iter().any(|row| row.backward == backward);
+        [false, true].into_iter().all(|of| has(onset, of) || !has(&self.in_slip, of))
+    }
+
+    /// The mean of readings at rest with its standard error, two of which are those of 95 %; that of a single one is the
+    /// `scatter` in slip.
+    pub(super) fn at_breakaway(&self, onset: &[Reading], scatter: f64) -> Option<[f64; 2]> {
+        let count = onset.len() as f64;
+        if self.has_errors && !onset.is_empty() {
+            let one = weighted(onset);
+            return Some([one.friction, one.error]);
+        }
+        let mean = onset.iter().map(|row| row.friction).sum::<f64>() / count;
+        let squares: f64 = onset.iter().map(|row| (row.friction - mean).powi(2)).sum();
+        let variance = squares / (count - 1.0) / count * widening(count - 1.0);
+        match onset.len() {
+            0 => None,
+            1 => Some([mean, scatter]),
+            _ => Some([mean, variance.sqrt()]),
+        }
     }
 
     /// Without a row at rest friction in slip begins on the line through the two slowest ones, or at the friction at
@@ -221,9 +296,64 @@ fn weighted(same: &[Reading]) -> Reading {
     Reading { friction: mean, error: total.powf(-0.5), ..same[0] }
 }
 
-/// Whether readings are many and go up and down from one to the next.
-fn scatters(readings: &[(f64, f64)]) -> bool {
-    let steps: Vec<f64> = readings.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
-    let turns = steps.windows(2).filter(|steps| steps[0] * steps[1] < 0.0).count();
-    readings.len() >= FEWEST_SCATTERED && turns as f64 >= SHARE_OF_TURNS * readings.len() as f64
+/// The means of the readings at each slip speed.
+#[derive(Clone, Debug, PartialEq)]
+struct Means {
+    /// Slip speeds and mean friction.
+    data: Vec<(f64, f64)>,
+    /// Standard errors of the means; `None` where all readings of each speed are equal.
+    standard_errors: Option<Vec<f64>>,
+    /// Position of the first reading of each mean.
+    first: Vec<usize>,
+}
+
+/// Averages neighbouring readings at equal slip speeds; `None` if there are none.
+///
+/// All readings are taken to scatter alike: their variance is that about the means, of all speeds together,
+/// since two or three readings of one speed tell little of it. A mean of n readings has the standard error
+/// sqrt(variance / n).
+fn means(readings: &[(f64, f64)]) -> Option<Means> {
+    let (mut data, mut first, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut squares, mut position) = (0.0, 0);
+    for same in readings.chunk_by(|one, next| one.0 == next.0) {
+        let count = same.len() as f64;
+        // From the first reading, so that the mean of equal readings is that reading.
+        let reference = same[0].1;
+        let mean = reference + same.iter().map(|(_, friction)| friction - reference).sum::<f64>() / count;
+        squares += same.iter().map(|(_, friction)| (friction - mean).powi(2)).sum::<f64>();
+        data.push((same[0].0, mean));
+        first.push(position);
+        counts.push(count);
+        position += same.len();
+    }
+    let repeated = readings.len() - data.len();
+    let variance = squares / repeated as f64;
+    let standard_errors =
+        (variance > 0.0).then(|| counts.iter().map(|count| (variance / count).sqrt()).collect());
+    (repeated > 0).then_some(Means { data, standard_errors, first })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeated_readings_become_means_with_standard_errors() {
+        assert_eq!(means(&[(0.0, 0.4), (0.1, 0.3), (0.5, 0.2)]), None);
+        // Squares about the means: 2 (0.01)^2 of the first speed, 2 (0.02)^2 of the last; three readings
+        // more than means.
+        let readings = [(0.0, 0.41), (0.0, 0.39), (0.1, 0.3), (0.5, 0.22), (0.5, 0.2), (0.5, 0.18)];
+        let found = means(&readings).unwrap();
+        let sd = (1e-3_f64 / 3.0).sqrt();
+        for ((u, mean), expected) in found.data.iter().zip([(0.0, 0.4), (0.1, 0.3), (0.5, 0.2)]) {
+            assert!(*u == expected.0 && (mean - expected.1).abs() < 1e-15, "{found:?}");
+        }
+        for (error, count) in found.standard_errors.unwrap().iter().zip([2.0_f64, 1.0, 3.0]) {
+            assert!((error * count.sqrt() / sd - 1.0).abs() < 1e-12, "{error} {count}");
+        }
+        assert_eq!(found.first, [0, 2, 3]);
+        // A row written twice tells of no scatter.
+        let twice = means(&[(0.0, 0.4), (0.1, 0.3), (0.1, 0.3), (0.5, 0.2)]).unwrap();
+        assert_eq!((twice.standard_errors, twice.data[1]), (None, (0.1, 0.3)));
+    }
 }

@@ -1,15 +1,21 @@
 //! Files as rigs and spreadsheets write them.
 
+use super::coverage::job;
 use super::*;
 use slipmap_column::critical_damping;
 use slipmap_column::sensitivity::sensitivity;
+use slipmap_machine::risk::{WithError, uncertain_critical_damping};
 use slipmap_model::friction::{Law, Table};
 use slipmap_model::point::{LawParameters, Point};
+
+fn how(machine: OfMachine) -> How {
+    How { machine: Some(machine), ..How::default() }
+}
 
 const MACHINE: OfMachine = OfMachine { motion: Some(Motion::Translation), forces: None };
 
 fn law(bytes: &[u8], machine: OfMachine) -> Result<Table, (String, String)> {
-    Measured::of_bytes("pad.csv", bytes, Some(machine))?.table(Level::First)
+    Measured::of_bytes("pad.csv", bytes, how(machine))?.table(Level::First)
 }
 
 /// Checks what is read of a file, and told of it; `outcome` and `words` as in files.txt.
@@ -79,7 +85,7 @@ fn files_in_any_encoding_are_read_or_refused() {
 #[test]
 fn what_cannot_be_fitted_says_why() {
     let why = |rows: &str| {
-        let fits = Measured::of_bytes("rig.csv", format!("v [m/s],{rows}").as_bytes(), Some(MACHINE))
+        let fits = Measured::of_bytes("rig.csv", format!("v [m/s],{rows}").as_bytes(), how(MACHINE))
             .unwrap()
             .fits(None);
         fits.err().map(|(problem, remedy)| format!("{problem}; {remedy}"))
@@ -108,7 +114,7 @@ fn the_order_of_rows_says_nothing() {
     };
     let of = |order: &dyn Fn(usize) -> usize| {
         let rows: String = (0..150).map(|i| row(order(i))).collect();
-        Measured::of_bytes("rig.csv", format!("v,F [N]\n{rows}").as_bytes(), Some(MACHINE)).unwrap()
+        Measured::of_bytes("rig.csv", format!("v,F [N]\n{rows}").as_bytes(), how(MACHINE)).unwrap()
     };
     // 59 and 150 have no common divisor.
     let (sorted, shuffled) = (of(&|i| i), of(&|i| 59 * i % 150));
@@ -117,6 +123,7 @@ fn the_order_of_rows_says_nothing() {
         measured
             .readings()
             .unwrap()
+            .0
             .map(|rows| rows.iter().map(|it| [it.speed, it.friction]).collect::<Vec<_>>())
     };
     assert_eq!(pairs(&shuffled), pairs(&sorted));
@@ -154,14 +161,15 @@ fn a_record_over_time_is_reduced() {
 /// exact.
 #[test]
 fn a_law_that_begins_on_a_line_moves_with_the_two_slowest_rows() {
-    let speeds: [f64; 8] = [0.0003, 0.006, 0.015, 0.03, 0.06, 0.15, 0.3, 0.6];
+    // Too few to be reduced to a curve.
+    let speeds: [f64; 7] = [0.0003, 0.006, 0.015, 0.03, 0.06, 0.2, 0.6];
     let friction = speeds.map(|u| 700.0 + 500.0 * (-u / 0.015).exp());
     // So small that all is of first order.
     let error = 1e-3;
     let read = |friction: &[f64], level: Level| {
         let rows = speeds.iter().zip(friction).map(|(u, force)| format!("{u},{force},{error}\n"));
         let text = format!("v,F [N],se\n{}", rows.collect::<String>());
-        Measured::of_bytes("pad.csv", text.as_bytes(), Some(MACHINE)).unwrap().table(level).unwrap()
+        Measured::of_bytes("pad.csv", text.as_bytes(), how(MACHINE)).unwrap().table(level).unwrap()
     };
     let column = |table: Table| {
         let law = Law::Table(table);
@@ -170,7 +178,7 @@ fn a_law_that_begins_on_a_line_moves_with_the_two_slowest_rows() {
     for level in [Level::First, Level::Given(1300.0)] {
         let table = read(&friction, level);
         let of = |table: Table| sensitivity(&column(table)).unwrap().standard_error.unwrap().value;
-        let of_curve = of(table.with_standard_errors(&[0.0; 9]).unwrap());
+        let of_curve = of(table.with_standard_errors(&[0.0; 8]).unwrap());
         let found = (of(table.clone()).powi(2) - of_curve.powi(2)).sqrt();
         let by_row = |row: usize| {
             let at = |moved: f64| {
@@ -180,7 +188,7 @@ fn a_law_that_begins_on_a_line_moves_with_the_two_slowest_rows() {
             };
             (at(0.1) - at(-0.1)) / 0.2
         };
-        let expected = error * (0..8).map(|row| by_row(row).powi(2)).sum::<f64>().sqrt();
+        let expected = error * (0..7).map(|row| by_row(row).powi(2)).sum::<f64>().sqrt();
         // Three deviations of the one of 4,096 draws.
         assert!((found / expected - 1.0).abs() < 3.0 / f64::sqrt(2.0 * 4096.0), "{found} {expected}");
         let mut random = slipmap_numbers::random::Random(2);
@@ -190,4 +198,110 @@ fn a_law_that_begins_on_a_line_moves_with_the_two_slowest_rows() {
         assert!((rest.1 - line).abs() < 1e-12 * line && near.1 != friction[0], "{drawn:?}");
     }
     assert_eq!(read(&friction, Level::Given(1190.0)).standard_errors().unwrap()[0], 0.0);
+}
+
+/// Steady friction with a true critical damping, of a machine at 0.03 m/s.
+fn friction(u: f64) -> f64 {
+    15.0 + 12.0 * (-u / 0.03).exp() + 40.0 * u
+}
+
+const MASS_SPEED_DAMPING: [f64; 3] = [24.7, 0.03, 80.0];
+
+/// The critical damping that is stated for a file, with what is added to [friction].
+fn stated(rig: &str, more: &str) -> WithError {
+    let friction = format!("[friction]\nlaw = \"table\"\nfile = \"rig.csv\"\n{more}");
+    let machine = job(&friction, MASS_SPEED_DAMPING, rig).unwrap().machine;
+    uncertain_critical_damping(&machine, &[]).unwrap()
+}
+
+/// The true one.
+fn truth() -> f64 {
+    let text =
+        "[friction]\nlaw = \"expression\"\nquantity = \"force\"\nphi = \"15 + 12*exp(-u/0.03) + 40*u\"";
+    let model = job(text, MASS_SPEED_DAMPING, "").unwrap().machine.model().unwrap();
+    critical_damping(&model.column(), 1e-9).unwrap().c * model.si.damping
+}
+
+/// Exact staircases and ramps up and down, as records and as tables, in any order, and with a column that is not used: the
+/// critical damping is the true one within a few thousandths.
+#[test]
+fn exact_readings_have_the_true_critical_damping() {
+    let stair = |i: usize| 0.005 * 128_f64.powf((i / 8) as f64 / 7.0);
+    let ramp = |i: usize| 0.6 - 0.6 * (i as f64 / 200.0 - 1.0).abs() + 1e-3;
+    let speeds: [Vec<f64>; 2] = [(0..64).map(stair).collect(), (0..400).map(ramp).collect()];
+    for speeds in speeds {
+        let count = speeds.len();
+        let row = |i: usize| format!("{:.5},{:.4}", speeds[i], friction(speeds[i]));
+        let with_time: String = (0..count).map(|i| format!("{:.2},{}\n", 0.01 * i as f64, row(i))).collect();
+        let table: String = (0..count).map(|i| format!("{}\n", row(i))).collect();
+        let mixed: String = (0..count).map(|i| format!("{},21\n", row(61 * i % count))).collect();
+        let record = stated(&format!("t [s],v [m/s],F [N]\n{with_time}"), "");
+        let [table, mixed] = [("", table), (",T [°C]", mixed)]
+            .map(|(more, rows)| stated(&format!("v [m/s],F [N]{more}\n{rows}"), "kind = \"curve\""));
+        assert!((table.value - mixed.value).abs() < 1e-6 * table.standard_error, "{table:?} {mixed:?}");
+        for found in [record, table] {
+            let off = (found.value - truth()).abs();
+            assert!(
+                off < 2.0 * found.standard_error && found.standard_error < 2e-3 * truth(),
+                "{found:?} {}",
+                truth()
+            );
+        }
+    }
+}
+
+/// A column of times of rows that are sorted by speed is none of a record; rows of one speed 1 % apart tell no more than
+/// those of one speed.
+#[test]
+fn what_says_nothing_changes_nothing() {
+    let mut random = slipmap_numbers::random::Random(11);
+    let mut outside = 0;
+    for _ in 0..8 {
+        let (mut with_time, mut without, mut apart) = (String::new(), String::new(), String::new());
+        for i in 0..70 {
+            let sign = if random.unit() < 0.5 { -1.0 } else { 1.0 };
+            let v = sign * 0.002 * 300_f64.powf(f64::from(i) / 69.0);
+            let force = sign * friction(v.abs()) * (1.0 + 0.01 * random.normal());
+            without.push_str(&format!("{v:.4},{force:.3}\n"));
+            with_time.push_str(&format!("{},{v:.4},{force:.3}\n", 30 * i));
+            let v = 0.004 * 150_f64.powf(f64::from(i / 2) / 34.0) * if i % 2 == 0 { 1.0 } else { 1.01 };
+            apart.push_str(&format!("{v:.5},{:.3}\n", friction(v) * (1.0 + 0.01 * random.normal())));
+        }
+        let one = stated(&format!("t [s],v [m/s],F [N]\n{with_time}"), "");
+        let other = stated(&format!("v [m/s],F [N]\n{without}"), "");
+        assert_eq!(one, other);
+        let apart = stated(&format!("v [m/s],F [N]\n{apart}"), "");
+        for found in [one, apart] {
+            outside += usize::from((found.value - truth()).abs() > 1.96 * found.standard_error);
+        }
+    }
+    // Of 16 independent intervals of 95 % more are outside in 4 of 100 samples.
+    assert!(outside <= 2, "{outside}");
+}
+
+/// Directions at slightly different speeds make no slope; each is taken for itself on demand.
+#[test]
+fn directions_are_taken_each_for_itself() {
+    let rows: String = [0.01, 0.02, 0.04, 0.08, 0.16, 0.32]
+        .map(|u| {
+            let back = u + 1e-4;
+            format!("{u:.4},{:.3}\n-{back:.4},-{:.3}\n", friction(u), 0.99 * friction(back))
+        })
+        .concat();
+    let of = |more: &str| stated(&format!("v [m/s],F [N]\n{rows}"), more);
+    let mean = of("");
+    assert!((mean.value - 0.995 * truth()).abs() < 2.0 * mean.standard_error, "{mean:?} {}", truth());
+    assert!(mean.standard_error < 2e-3 * truth(), "{mean:?}");
+    let many = |back: f64| {
+        let row = |i: i32| {
+            let u = 0.4 * (f64::from(i) / 12.0).powi(2);
+            format!("{u:.5},{:.4}\n-{:.5},-{:.4}\n", friction(u), 0.997 * u, back * friction(0.997 * u))
+        };
+        format!("v [m/s],F [N]\n{}", (1..=12).map(row).collect::<String>())
+    };
+    for (direction, share) in [("forward", 1.0), ("backward", 0.8), ("mean", 0.9)] {
+        let found = stated(&many(0.8), &format!("direction = \"{direction}\""));
+        assert!((found.value - share * truth()).abs() < 2.0 * found.standard_error, "{direction} {found:?}");
+        assert!(found.standard_error < 4e-3 * truth(), "{direction} {found:?}");
+    }
 }

@@ -16,6 +16,8 @@ pub(super) struct Fields {
     /// The lines that are neither empty nor comments.
     pub(super) lines: Vec<Line>,
     pub(super) decimal: Decimal,
+    /// The comments, each as it is divided by several separators: one may be the header.
+    pub(super) comments: Vec<Vec<Line>>,
     /// What is unusual in it: "separated by semicolons".
     pub(super) said: Vec<String>,
 }
@@ -137,16 +139,37 @@ pub(super) fn fields(text: &str) -> Result<Fields, Refused> {
     };
     let lines: Vec<Line> =
         lines().map(|(i, line)| Line { number: i + 1, fields: split(line, separator) }).collect();
+    let comments = text.split('\n').enumerate().skip(above).filter(|(_, line)| line.starts_with(['#', '%']));
+    let comments = comments.map(|(i, line)| {
+        let line = line.trim_start_matches(['#', '%', ' ']);
+        let by = |separator: char| Line { number: i + 1, fields: split(line, separator) };
+        [separator, ',', ';', '\t'].map(by).into()
+    });
+    let comments = comments.collect();
     let (decimal, sign) = decimal(&lines)?;
     let said = [words, sign].into_iter().filter(|words| !words.is_empty()).map(str::to_owned).collect();
-    Ok(Fields { lines, decimal, said })
+    Ok(Fields { lines, decimal, comments, said })
 }
 
 /// Whether `sign` in a number may separate thousands: 1,234 or 12,345,678.
 fn may_be_thousands(number: &str, sign: char) -> bool {
     let mut groups = number.trim_start_matches(['+', '-', '−']).split(sign);
     let first = groups.next().unwrap_or_default();
-    (1..=3).contains(&first.len()) && !first.starts_with('0') && groups.all(|group| group.len() == 3)
+    let is_digits = |group: &str| group.chars().all(|c| c.is_ascii_digit());
+    (1..=3).contains(&first.len())
+        && is_digits(first)
+        && !first.starts_with('0')
+        && groups.all(|group| group.len() == 3 && is_digits(group))
+}
+
+/// Whether the column of a number with a point, between what may be thousands, has whole numbers without one.
+fn has_whole_beside(lines: &[Line], (number, field): (usize, &str)) -> bool {
+    let of = lines.iter().find(|line| line.number == number);
+    let Some(column) = of.and_then(|line| line.fields.iter().position(|other| other == field)) else {
+        return false;
+    };
+    let is_whole = |field: &String| field.len() > 1 && field.chars().all(|c| c.is_ascii_digit());
+    lines.iter().filter_map(|line| line.fields.get(column)).any(is_whole)
 }
 
 /// The decimal sign of a file, and the words for an unusual one.
@@ -185,6 +208,14 @@ fn decimal(lines: &[Line]) -> Result<(Decimal, &'static str), Refused> {
             "write all decimals with a point, or all with a comma".into(),
         ),
         ([None, Some(_)], _) => Ok((Decimal::Comma, "decimal commas")),
+        ([None, None], [Some(point), None]) if has_whole_beside(lines, point) => {
+            let [without, comma] = ["", ","].map(|sign| point.1.replace('.', sign));
+            refuse(
+                point,
+                "the point may separate thousands or decimals, beside whole numbers".into(),
+                format!("write {without} or, of decimals, {comma} in all rows or one more digit"),
+            )
+        }
         ([None, None], [point, Some((line, number))]) => {
             let [without, with] = ["", "."].map(|sign| number.replace(',', sign));
             let also = point.map_or(String::new(), |(_, other)| format!(", beside `{other}`"));

@@ -228,7 +228,7 @@ export class Controls {
       return;
     }
     this.problem = element("div", { class: "problem", role: "alert" });
-    const level = element("input", { class: "number", inputmode: "decimal", "aria-label": "friction at rest", placeholder: 1, value: state.law.static ?? "" });
+    const level = element("input", { class: "number", inputmode: "decimal", "aria-label": "friction at rest", placeholder: state.motion ? "" : 1, value: state.law.static ?? "" });
     const parts = [];
     let text;
     if (state.law.name === "expression") {
@@ -242,21 +242,25 @@ export class Controls {
       const file = element("input", { type: "file", accept: ".csv,.txt,text/csv", "aria-label": "Table of slip speed and friction" });
       file.addEventListener("change", () => file.files[0] && this.drop(file.files[0]));
       text = element("textarea", { "aria-label": "Slip speed and friction, row by row", spellcheck: "false", rows: 6 });
-      text.value = (this.refused ?? state.law).table;
+      const { table, rows } = this.refused ?? state.law;
+      text.value = table ?? rows.map((row) => `${row.join(",")}\n`).join("");
       const words = state.motion ? "Slip speed in SI units, coefficient of friction" : "Slip speed, friction";
       parts.push(element("p", { class: "hint" }, `${words}, and perhaps its standard error, row by row; drop a CSV file anywhere on the page.`), file, text);
     }
+    const written = text.value;
     let timer;
     const changed = () => {
       clearTimeout(timer);
       timer = setTimeout(() => {
         const law = { ...this.state.law, static: level.value.trim() === "" ? undefined : Number(level.value) };
-        this.try_law(law.name === "expression" ? { ...law, phi: text.value } : { ...law, table: text.value });
+        // Rows are taken as they are, and what was typed is read.
+        const own = text.value === written ? {} : { table: text.value, file: law.file ?? law.source?.file, rows: undefined, source: undefined };
+        this.try_law(law.name === "expression" ? { ...law, phi: text.value } : { ...law, ...own });
       }, 250);
     };
     text.addEventListener("input", changed);
     level.addEventListener("input", changed);
-    if (!state.motion) parts.push(element("label", { class: "field" }, "static friction", level));
+    parts.push(element("label", { class: "field" }, "static friction", level));
     parts.push(this.problem, units);
     this.editor.replaceChildren(element("h2", {}, "Friction law"), ...parts);
   }
@@ -277,7 +281,7 @@ export class Controls {
     const { refused } = this;
     try {
       if (!state.motion) {
-        const law = { ...state.law, static: undefined, small: undefined };
+        const law = { ...state.law, rest: undefined, small: undefined };
         await app.take({ law, motion: "translation", show, curves, pinned, at: COEFFICIENTS });
       } else {
         const { law, at } = await post("/api/dimensionless", place(state));
@@ -288,7 +292,7 @@ export class Controls {
       if (refused?.name === this.state.law.name) {
         this.refuse(refused);
         this.build_editor();
-        await this.try_law({ ...refused, static: this.state.motion ? undefined : refused.static });
+        await this.try_law(refused);
       }
     } catch (problem) {
       app.complain(problem);
@@ -304,11 +308,11 @@ export class Controls {
   // Takes a law that was chosen, typed or dropped, or shows why and where it is refused.
   async try_law(law, anew = false) {
     try {
-      const { motion, show, curves, at, ranges, units, x, y, pinned } = this.state;
+      const { motion, show, curves, at, ranges, units, spread, title, x, y, pinned } = this.state;
       const { axes } = await post("/api/law", { ...law, motion });
       this.problem?.replaceChildren();
       // A machine keeps its motion and its quantities under the new law.
-      const kept = { law, motion, show, curves, at: { ...(motion ? COEFFICIENTS : {}), ...at }, ranges, units, x, y, pinned };
+      const kept = { law, motion, show, curves, at: { ...(motion ? COEFFICIENTS : {}), ...at }, ranges, units, spread, title, x, y, pinned };
       this.app.open(anew && !motion ? { law, show, curves } : kept, axes);
     } catch (problem) {
       if (!problem.problem) return;
@@ -330,7 +334,7 @@ export class Controls {
     const at_rest = rows.filter(([u]) => Number(u) === 0);
     const two = at_rest.length === 2 && new Set(rows.map(([u]) => Number(u))).size === rows.length - 1;
     const level = at_rest.reduce((sum, row) => sum + Number(row[1]), 0) / at_rest.length;
-    await this.try_law({ name: "table", table, file: file.name, static: !two && Number.isFinite(level) && level > 0 ? level : undefined }, true);
+    await this.try_law({ name: "table", table, file: file.name, static: !this.state.motion && !two && Number.isFinite(level) && level > 0 ? level : undefined }, true);
   }
 
   listen_for_files() {

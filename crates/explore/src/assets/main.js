@@ -15,7 +15,7 @@ const REST = 160;
 
 class App {
   constructor(catalogue) {
-    Object.assign(this, { catalogue, state: null, timer: 0, notice: document.getElementById("notice") });
+    Object.assign(this, { catalogue, state: null, timer: 0, lasting: null, notice: document.getElementById("notice") });
     this.plane = new Plane(this, catalogue);
     this.controls = new Controls(this, catalogue);
     this.point = new Point(this);
@@ -35,16 +35,25 @@ class App {
     this.open(wanted, axes);
   }
 
+  // Opens a link; without one, or where it is refused, `false`.
   async open_link(fragment) {
+    this.lasting = null;
+    if (fragment.length < 2) return false;
     const wanted = read(fragment);
-    if (!wanted) return false;
+    const why = wanted ? await this.try_to_take(wanted) : new Error("the link names no law: it is not one of this page");
+    this.lasting = why;
+    this.complain(null);
+    return !why;
+  }
+
+  // Shows a law or a machine; returns the refusal.
+  async try_to_take(wanted) {
     try {
       await this.take(wanted);
     } catch (problem) {
-      this.complain(problem);
-      return false;
+      return problem;
     }
-    return true;
+    return null;
   }
 
   // Reports a change: "slider", "view" or "point" while it moves, "rest" when it has come to rest.
@@ -75,11 +84,12 @@ class App {
     this.change("rest");
   }
 
-  // Shows a problem; without one, hides the message.
+  // Shows a problem; without one, that of the link or the file that was opened.
   complain(problem) {
     if (problem instanceof Gone) return;
-    this.notice.hidden = !problem;
-    this.notice.textContent = problem ? problem.message : "";
+    const told = problem ?? this.lasting;
+    this.notice.hidden = !told;
+    this.notice.textContent = told ? told.message : "";
   }
 }
 
@@ -165,7 +175,7 @@ function state_of(start) {
   // The critical damping must be seen, too.
   const damping = start.axes.find(({ name }) => is_damping(name)).name;
   if (start.most_damping) ranges[damping] ??= [0, start.most_damping];
-  return { law: start.law, x: side(x), y: side(y), at, ranges, units: start.units, motion: start.motion, pinned: start.pinned };
+  return { law: start.law, x: side(x), y: side(y), at, ranges, units: start.units, spread: start.spread, title: start.title, motion: start.motion, pinned: start.pinned };
 }
 
 async function main() {
@@ -180,12 +190,13 @@ async function main() {
   });
   const start = await get("/api/start");
   if (await app.open_link(location.hash)) return;
-  if (start) {
-    await app.take(state_of(start));
-  } else {
-    await app.open_link(CASES[2].link.replace("&pin=1", ""));
-    show_gallery();
-  }
+  const of_link = app.lasting;
+  const of_start = start ? await app.try_to_take(state_of(start)) : null;
+  const is_shown = start && !of_start;
+  if (!is_shown) await app.open_link(CASES[2].link.replace("&pin=1", ""));
+  app.lasting = of_link ?? of_start;
+  app.complain(null);
+  if (!is_shown && !app.lasting) show_gallery();
 }
 
 main();

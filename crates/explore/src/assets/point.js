@@ -162,7 +162,7 @@ export class Point {
       this.probe = probe;
       this.show(this.regime, element("b", {}, probe.regime.replaceAll("_", " ")));
       this.box.dataset.regime = probe.regime;
-      this.answer(probe.regime.replaceAll("_", " "));
+      this.answer(in_a_line(probe, this.state.units));
       this.show(this.verdicts, verdict_table(probe, this.state.units));
       this.show(this.sensitivities, ...sensitivity_table(probe));
       this.show(this.numbers, ...numbers(probe));
@@ -176,10 +176,33 @@ export class Point {
   }
 }
 
+// Unit of the dampings or velocities that are shown, and its size in those of the answer.
+function unit_of({ machine }, units, quantity) {
+  if (!machine) return ["", 1];
+  const { force, velocity } = machine.units;
+  const turns = machine.motion === "rotation";
+  const [si, size] = quantity === "damping" ? [turns ? "N m s/rad" : "N s/m", force / velocity] : [turns ? "rad/s" : "m/s", velocity];
+  const [unit, of_unit] = units[quantity] ?? [si, 1];
+  return [` ${unit}`, size / of_unit];
+}
+
+// The regime, the critical damping and the kick.
+function in_a_line(probe, units) {
+  const parts = [probe.regime.replaceAll("_", " ")];
+  const told = (words, value, quantity) => {
+    const [unit, size] = unit_of(probe, units, quantity);
+    parts.push(`${words} ${short(value * size, 4)}${unit}`);
+  };
+  if (probe.critical_c.value !== null) told("critical damping", probe.critical_c.value, "damping");
+  const kick = probe.basin_boundary?.kick;
+  if (kick) told("kick of velocity", kick.forward, "belt_speed");
+  return parts.join("; ");
+}
+
 function verdict_table({ methods, critical_c, machine }, units) {
   // Of a machine, dampings are shown in its units.
-  const [unit, size] = machine ? units.damping ?? [{ rotation: "N m s/rad" }[machine.motion] ?? "N s/m", 1] : ["", 1];
-  const damping = machine ? machine.units.force / machine.units.velocity / size : 1;
+  const [of_damping, damping] = unit_of({ machine }, units, "damping");
+  const unit = of_damping.trim();
   const heads = machine ? [`margin, ${unit}`, `critical damping, ${unit}`] : ["margin", "critical c"];
   const number = (value, factor) => short(typeof value === "number" ? value * factor : value, 4);
   const head = element("tr", {}, ...["method", "verdict", ...heads].map((words) => element("th", { scope: "col" }, words)));

@@ -1,18 +1,24 @@
 // The whole state of the page, and its link.
 //
 // A link is a list of `key=value`: `law`, `axes` (what it has besides the usual axes), `x` and `y` (name, from, to, and "log"), `show`,
-// `p.NAME` the value of a parameter or, with `motion`, of a quantity of a machine, `r.NAME` the ends of its slider, `u.NAME` the
+// `rows`, `source`, `fit` and `spread` (JSON: a table, what is known of it, and errors), `title`, `p.NAME` the value of a parameter or, with `motion`, of a quantity of a machine, `r.NAME` the ends of its slider, `u.NAME` the
 // unit of both and its size in SI, if it is another, `pin=1` if a point is pinned. Unknown keys are ignored, and missing keys take their defaults,
 // so that links can be written by hand.
 
 import { short } from "./elements.js";
 
+const TEXTS = ["phi", "table", "file", "rest", "quantity"];
+const JSONS = ["rows", "source", "fit"];
+
 export function write(state) {
   const link = new URLSearchParams();
   link.set("law", state.law.name);
-  for (const key of ["phi", "table", "file"]) if (state.law[key]) link.set(key, state.law[key]);
   if (state.law.static) link.set("static", state.law.static);
   if (state.law.small) link.set("small", "1");
+  for (const key of TEXTS) if (state.law[key]) link.set(key, state.law[key]);
+  for (const key of JSONS) if (state.law[key]) link.set(key, JSON.stringify(state.law[key]));
+  if (Object.keys(state.spread).length) link.set("spread", JSON.stringify(state.spread));
+  if (state.title) link.set("title", state.title);
   if (state.law.axes?.length) link.set("axes", state.law.axes.join(","));
   for (const side of ["x", "y"]) {
     const { axis, from, to, log } = state[side];
@@ -34,12 +40,22 @@ export function write(state) {
 
 const number = (text) => (text !== null && text.trim() !== "" && Number.isFinite(Number(text)) ? Number(text) : null);
 
+// Null for what is no JSON: the program then says what is missing.
+function parsed(text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return null;
+  }
+}
+
 // Parses a link, except what depends on the law's axes.
 export function read(fragment) {
   const link = new URLSearchParams(fragment.replace(/^#/, ""));
   if (!link.has("law")) return null;
   const law = { name: link.get("law") };
-  for (const key of ["phi", "table", "file"]) if (link.has(key)) law[key] = link.get(key);
+  for (const key of TEXTS) if (link.has(key)) law[key] = link.get(key);
+  for (const key of JSONS) if (link.has(key)) law[key] = parsed(link.get(key));
   if (number(link.get("static")) !== null) law.static = number(link.get("static"));
   if (link.get("small") === "1") law.small = true;
   if (link.has("axes")) law.axes = link.get("axes").split(",");
@@ -63,7 +79,7 @@ export function read(fragment) {
       if (unit && Number(size) > 0) units[name] = [unit, Number(size)];
     }
   }
-  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", at, ranges, units, motion: link.get("motion"), pinned: link.get("pin") === "1" };
+  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", at, ranges, units, spread: parsed(link.get("spread")) ?? {}, title: link.get("title"), motion: link.get("motion"), pinned: link.get("pin") === "1" };
 }
 
 // Whether an axis is that of the damping.
@@ -99,7 +115,7 @@ export function complete(wanted, in_si) {
   const usual = ["gamma", "V", "belt_speed"].find((name) => free.includes(name)) ?? free[0];
   let x = side(wanted.x, usual);
   if (x.axis === y.axis) x = side(null, usual);
-  return { law: wanted.law, axes, at, ranges, units, x, y, motion: wanted.motion ?? null, show: wanted.show || "regime", curves: wanted.curves ?? true, pinned: wanted.pinned ?? false };
+  return { law: wanted.law, axes, at, ranges, units, x, y, spread: wanted.spread ?? {}, title: wanted.title ?? null, motion: wanted.motion ?? null, show: wanted.show || "regime", curves: wanted.curves ?? true, pinned: wanted.pinned ?? false };
 }
 
 // Size in SI of the unit in which a quantity is shown.
@@ -107,8 +123,8 @@ export const size = ({ units }, name) => units[name]?.[1] ?? 1;
 
 // The part of the state that the program needs for a point: values in SI units, and the units of its figures.
 export function place(state) {
-  const { law, at, units, motion } = state;
-  return { law, at: Object.fromEntries(Object.entries(at).map(([name, value]) => [name, value * size(state, name)])), units, motion };
+  const { law, at, units, motion, spread, title } = state;
+  return { law, at: Object.fromEntries(Object.entries(at).map(([name, value]) => [name, value * size(state, name)])), units, motion, spread, title };
 }
 
 // What it needs for a plane, of these numbers of cells: the sides in SI units.

@@ -42,7 +42,7 @@ pub fn command_line(law: &Law, point: &Point, tolerance: f64) -> String {
     if law.is_read_as_small() {
         line.push_str(" --small eps");
     }
-    for (name, value) in law.coordinates(&point) {
+    for (name, value) in law.coordinates(point) {
         line.push_str(&format!(" {}{}", flag(name), exact(value)));
     }
     if tolerance != slipmap_column::DEFAULT_TOLERANCE {

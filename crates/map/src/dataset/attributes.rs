@@ -25,6 +25,8 @@ pub struct Provenance {
     pub command_line: String,
     /// The commit that the program was built from.
     pub git: String,
+    /// Number of threads that compute cells; 0 where none do.
+    pub threads: usize,
 }
 
 /// The course of a run, known at its end.

@@ -307,13 +307,8 @@ impl Law {
                 format!("{}{}\n{}", law.static_level(), above(law.may_drop()), law.text())
             }
             Law::Table(table) => {
-                let errors = table.standard_errors();
-                let rows = table.data().enumerate().map(|(i, (u, phi))| match errors {
-                    Some(errors) => format!("\n{u},{phi},{}", errors[i]),
-                    None => format!("\n{u},{phi}"),
-                });
                 let head = format!("{}{} {}", table.static_level(), above(table.may_drop()), table.origin());
-                std::iter::once(head).chain(rows).collect()
+                std::iter::once(head).chain(table.rows().map(|row| format!("\n{row}"))).collect()
             }
             Law::Function(law) => law.definition(),
             _ => String::new(),
@@ -360,21 +355,22 @@ impl Law {
             TABLE => {
                 let (mut data, mut errors) = (Vec::new(), Vec::new());
                 for line in rest.lines() {
-                    let mut numbers = line.splitn(3, ',').map(str::parse);
+                    let mut numbers = line.split(',').map(str::parse);
                     data.push((numbers.next()?.ok()?, numbers.next()?.ok()?));
-                    if let Some(error) = numbers.next() {
-                        errors.push(error.ok()?);
-                    }
+                    errors.push(numbers.collect::<Result<Vec<f64>, _>>().ok()?);
                 }
+                // One number in each row is its own error; the rows of a triangle have one more each.
+                let own: Vec<f64> = errors.iter().filter(|row| row.len() == 1).flatten().copied().collect();
                 let (level, origin) = head.split_once(' ')?;
                 let level = level.parse().ok()?;
                 let table = match origin.strip_prefix(ABOVE_WORD) {
                     Some(origin) => Table::with_static(origin, &data, level).ok()?,
                     None => Table::new(origin, &data, level).ok()?,
                 };
-                Some(Law::Table(match errors.as_slice() {
-                    [] => table,
-                    errors => table.with_standard_errors(errors).ok()?,
+                Some(Law::Table(match own.len() {
+                    0 => table,
+                    1 => table.with_root_of_covariance(errors).ok()?,
+                    _ => table.with_standard_errors(&own).ok()?,
                 }))
             }
             _ => None,

@@ -59,6 +59,8 @@ struct Cubics {
     slope: Vec<f64>,
     /// Standard errors of the friction, in the units of `friction`.
     errors: Option<Vec<f64>>,
+    /// Where the errors are correlated, the lower triangle whose product with its transpose is their covariance.
+    root: Option<Vec<Vec<f64>>>,
     /// Whether answers have the error of the curve between the rows, see [`Table::with_error_of_curve`].
     curve_errs: bool,
     source: Source,
@@ -77,6 +79,8 @@ pub struct Source {
     pub forces: bool,
     /// Whether no row is at rest: the first datum is on the line through the next two, and moves with them.
     pub no_rest: bool,
+    /// Whether the file names the column of the standard errors, which otherwise is the third one.
+    pub named_errors: bool,
 }
 
 /// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0: these coefficients.
@@ -185,6 +189,7 @@ impl Table {
             phi,
             slope,
             errors: None,
+            root: None,
             curve_errs: false,
             source: Source { readings: data.len(), ..Source::default() },
         })))
@@ -218,7 +223,49 @@ impl Table {
             );
         }
         let errors = Some(errors.to_vec());
-        Ok(Self(Arc::new(Cubics { errors, ..Cubics::clone(&self.0) })))
+        Ok(Self(Arc::new(Cubics { errors, root: None, ..Cubics::clone(&self.0) })))
+    }
+
+    /// The same table with correlated errors, as the rows of a lower triangle whose product with its transpose is their
+    /// covariance: row i has i + 1 numbers.
+    ///
+    /// # Errors
+    /// [`TableError`] unless there is one such row of finite numbers for each datum.
+    pub fn with_root_of_covariance(&self, root: Vec<Vec<f64>>) -> Result<Self, TableError> {
+        if let Some(row) = (0..root.len()).find(|row| root[*row].len() != row + 1) {
+            return error(Some(row), "its errors are no row of a triangle".into(), "write one number more");
+        }
+        let errors: Vec<f64> =
+            root.iter().map(|row| row.iter().map(|part| part * part).sum::<f64>().sqrt()).collect();
+        let Self(table) = self.with_standard_errors(&errors)?;
+        Ok(Self(Arc::new(Cubics { root: Some(root), ..Cubics::clone(&table) })))
+    }
+
+    /// Where the errors are correlated, the root of their covariance, see [`Table::with_root_of_covariance`].
+    pub fn root_of_covariance(&self) -> Option<&[Vec<f64>]> {
+        self.0.root.as_deref()
+    }
+
+    /// The variance of a sum of the data, each times a number of `by`; 0 without errors.
+    pub fn variance_of_sum(&self, by: &[f64]) -> f64 {
+        let squares = |parts: &mut dyn Iterator<Item = f64>| parts.map(|part| part * part).sum();
+        match (&self.0.root, &self.0.errors) {
+            (Some(root), _) => {
+                squares(&mut (0..root.len()).map(|j| (j..root.len()).map(|k| by[k] * root[k][j]).sum()))
+            }
+            (None, Some(errors)) => squares(&mut by.iter().zip(errors).map(|(by, error)| by * error)),
+            (None, None) => 0.0,
+        }
+    }
+
+    /// How data move whose errors are drawn from `normal`, from the datum `first` on.
+    fn moves(&self, data: std::ops::Range<usize>, mut normal: impl FnMut() -> f64) -> Vec<f64> {
+        let Cubics { errors, root, .. } = &*self.0;
+        if let Some(root) = root {
+            let drawn: Vec<f64> = (0..data.end).map(|_| normal()).collect();
+            return data.map(|k| root[k].iter().zip(&drawn).map(|(part, z)| part * z).sum()).collect();
+        }
+        errors.iter().flat_map(|errors| &errors[data.clone()]).map(|error| error * normal()).collect()
     }
 
     /// The table of another measurement: each friction value moved by its standard error times a number of `normal`. The
@@ -227,8 +274,7 @@ impl Table {
     /// # Errors
     /// [`TableError`] if that is no law.
     pub fn drawn(&self, mut normal: impl FnMut() -> f64) -> Result<Self, TableError> {
-        let errors = self.standard_errors().into_iter().flatten();
-        let mut moved: Vec<f64> = errors.map(|error| error * normal()).collect();
+        let mut moved = self.moves(0..self.0.u.len(), &mut normal);
         moved[0] = self.of_first(&moved);
         let data: Vec<(f64, f64)> =
             self.data().zip(moved).map(|((u, level), moved)| (u, level + moved)).collect();
@@ -244,9 +290,11 @@ impl Table {
         let data: Vec<(f64, f64)> = self.data().map(|(u, level)| (u / speed, level / friction)).collect();
         let table = Self::of_data(self.origin(), &data, self.static_level() / friction, self.0.may_drop)?;
         let scaled = |errors: &Vec<f64>| errors.iter().map(|error| error / friction).collect();
-        let Cubics { errors, curve_errs, source, .. } = &*self.0;
+        let Cubics { errors, root, curve_errs, source, .. } = &*self.0;
         let (errors, source) = (errors.as_ref().map(scaled), source.clone());
-        Ok(Self(Arc::new(Cubics { errors, curve_errs: *curve_errs, source, ..Cubics::clone(&table.0) })))
+        let root = root.as_ref().map(|root| root.iter().map(scaled).collect());
+        let curve_errs = *curve_errs;
+        Ok(Self(Arc::new(Cubics { errors, root, curve_errs, source, ..Cubics::clone(&table.0) })))
     }
 
     /// Standard errors of the friction as given, one for each datum.
@@ -349,15 +397,17 @@ impl Table {
         let nominal = sum(&nominal);
         let by_unit = -nominal / static_level / friction[0];
         let mut random = Random(16);
-        let (mut moved, mut near) = (vec![0.0; last - first], vec![Jet::of(0.0); last - first]);
+        let mut near = vec![Jet::of(0.0); last - first];
         // Sums of the excess over first order, of the squares x of the sum and y of that to first order, and of
         // x x, x y and y y.
         let mut sums = [[0.0; 6]; 2];
+        // The first datum is the unit; correlated ones are drawn together.
+        let from = if self.0.root.is_some() { 0 } else { first };
         for _ in 0..DRAWS {
-            let mut of_unit = errors[0] * random.normal();
-            for (k, moved) in (first..last).zip(&mut moved) {
-                *moved = if k == 0 { of_unit } else { errors[k] * random.normal() };
-            }
+            let own = (from > 0).then(|| errors[0] * random.normal());
+            let all = self.moves(from..last, || random.normal());
+            let mut of_unit = own.unwrap_or(all[0]);
+            let mut moved = all[first - from..].to_vec();
             if first == 0 {
                 of_unit = self.of_first(&moved);
                 moved[0] = of_unit;
@@ -377,9 +427,9 @@ impl Table {
         }
         let with_unit = |unit: f64, sums: [f64; 6]| {
             let of_first = self.first_by_data().into_iter().chain(std::iter::repeat(0.0));
-            let moved = by_data.iter().zip(errors).zip(of_first);
-            let moved = moved.map(|((by, error), of_first)| (by + unit * of_first) * error);
-            let linear = moved.map(|moved| moved * moved).sum::<f64>();
+            let by: Vec<f64> =
+                by_data.iter().zip(of_first).map(|(by, of_first)| by + unit * of_first).collect();
+            let linear = self.variance_of_sum(&by);
             let [mean, x, y, xx, xy, yy] = sums.map(|sum| sum / f64::from(DRAWS));
             // The mean of y is known, so that of x moves with the one drawn, as the regression of x on y tells.
             let [of_x, of_both, of_y] = [xx - x * x, xy - x * y, yy - y * y];
@@ -416,6 +466,17 @@ impl Table {
     /// The data as given: slip speed and friction.
     pub fn data(&self) -> impl Iterator<Item = (f64, f64)> {
         self.0.u.iter().copied().zip(self.0.friction.iter().copied())
+    }
+
+    /// The data as text, with their errors: those of each, or the rows of the root of the covariance.
+    pub fn rows(&self) -> impl Iterator<Item = String> {
+        let Cubics { errors, root, .. } = &*self.0;
+        self.data().enumerate().map(move |(i, (u, friction))| {
+            let parts =
+                root.as_ref().map(|root| &root[i][..]).or(errors.as_ref().map(|errors| &errors[i..=i]));
+            let parts: String = parts.unwrap_or_default().iter().map(|part| format!(",{part}")).collect();
+            format!("{u},{friction}{parts}")
+        })
     }
 
     /// Number of rows at which friction changes from rising to falling, or from falling to rising.

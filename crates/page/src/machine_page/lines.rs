@@ -156,11 +156,12 @@ fn given_friction(all: &Assessment, written: &Written, uncertain: &[Uncertain]) 
 /// 0.008", "pad.csv, 33 rows averaged at 11 slip speeds, standard errors (by their scatter) 0.002".
 fn table_in_words(table: &Table) -> Rich {
     let (rows, readings) = (table.data().count(), table.source().readings);
-    let averaged = readings > rows;
-    let count = if averaged {
-        format!("{readings} rows averaged at {rows} slip speeds")
-    } else {
-        format!("{rows} rows")
+    let is_reduced = table.root_of_covariance().is_some();
+    let averaged = readings > rows && !is_reduced;
+    let count = match (is_reduced, averaged) {
+        (true, _) => format!("{readings} rows reduced to a curve"),
+        (false, true) => format!("{readings} rows averaged at {rows} slip speeds"),
+        (false, false) => format!("{rows} rows"),
     };
     let text = Rich::foreign(&format!("{}, {count}", table.origin()));
     let Some(errors) = table.standard_errors() else { return text.then(" without standard errors") };
@@ -170,8 +171,12 @@ fn table_in_words(table: &Table) -> Rich {
     } else {
         Rich::number(most, 2)
     };
-    let from = if averaged { "by their scatter" } else { "third column" };
-    text.then(Rich::foreign(&format!(", standard errors ({from}) "))).then(range)
+    let from = match (is_reduced || table.source().named_errors, averaged) {
+        (_, true) => " (by their scatter)",
+        (true, _) => "",
+        (false, _) => " (third column)",
+    };
+    text.then(Rich::foreign(&format!(", standard errors{from} "))).then(range)
 }
 
 /// The limits of belt speed and damping.

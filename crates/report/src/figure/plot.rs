@@ -154,9 +154,10 @@ fn variables<'a>(map: &'a MapFile, requested: &'a [String]) -> Result<Vec<&'a st
     let names: Vec<&str> = map.variables().chain(probability).collect();
     if let Some(name) = requested.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(match Field::of_variable(name) {
-            Some((field, _)) if field != Field::Verdict => {
-                ChoiceError::NotStored { variable: name.clone(), field: field.name() }
-            }
+            Some((field, _)) if field != Field::Verdict => ChoiceError::NotStored {
+                variable: name.clone(),
+                field: field.name_for(map.grid().machine().is_some()),
+            },
             _ => ChoiceError::unknown("variable", name, names.iter().copied()),
         });
     }

@@ -18,10 +18,12 @@ use std::sync::Arc;
 use super::{Cubics, Table};
 
 impl Table {
-    /// The same table, whose answers have the error of the curve between the rows beside those of the data.
+    /// The same table, whose answers have the error of the curve between the rows beside those of the data. Correlated errors are
+    /// those of a curve, and have it.
     #[must_use]
     pub fn with_error_of_curve(&self) -> Self {
-        Self(Arc::new(Cubics { curve_errs: true, ..Cubics::clone(&self.0) }))
+        let curve_errs = self.0.root.is_none();
+        Self(Arc::new(Cubics { curve_errs, ..Cubics::clone(&self.0) }))
     }
 
     /// The standard error of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, by what the

@@ -1,3 +1,4 @@
+use super::super::Law;
 use super::*;
 
 fn falling() -> Table {
@@ -202,4 +203,40 @@ fn the_error_of_the_slope_is_continuous() {
             assert!((found - range / 12f64.sqrt()).abs() < 1e-9, "{u}: {found} {range}");
         }
     }
+}
+
+/// Correlated errors: of data that move together slopes have none, and of a triangle those of random data. A law is read
+/// from its definition with them, and keeps them in other units.
+#[test]
+fn correlated_errors_are_those_of_data_that_move_together() {
+    let data = [(0.0, 0.5), (0.1, 0.44), (0.2, 0.40), (0.4, 0.34), (0.8, 0.28), (1.6, 0.25)];
+    let table = |entry: fn(usize, usize) -> f64| {
+        let row = |i: usize| (0..=i).map(|j| entry(i, j)).collect();
+        Table::new("a rig", &data, 0.5).unwrap().with_root_of_covariance((0..6).map(row).collect()).unwrap()
+    };
+    let together = table(|_, j| if j == 0 { 1e-3 } else { 0.0 });
+    assert!(together.standard_errors().unwrap().iter().all(|error| (error - 1e-3).abs() < 1e-18));
+    assert!(together.standard_error_of_weakening(0.3).unwrap() < 1e-12);
+    let mixed = table(|i, j| 1e-4 * (1.0 + (3 * i + 5 * j) as f64 % 4.0));
+    let mut random = Random(3);
+    let drawn: Vec<f64> = (0..10_000)
+        .map(|_| {
+            let moved = mixed.drawn(|| random.normal()).unwrap();
+            moved.weakening(0.3) * moved.static_level() / 0.5
+        })
+        .collect();
+    let mean = drawn.iter().sum::<f64>() / 1e4;
+    let deviation = (drawn.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / 1e4).sqrt();
+    let found = mixed.standard_error_of_weakening(0.3).unwrap();
+    assert!((found / deviation - 1.0).abs() < 0.05, "{found} {deviation}");
+    assert_eq!(mixed.with_error_of_curve(), mixed);
+    let law = Law::Table(mixed.clone());
+    assert_eq!(Law::from_definition(law.name(), &law.definition()), Some(law));
+    let scaled = mixed.in_units(2.0, 0.5).unwrap();
+    assert!(
+        (scaled.root_of_covariance().unwrap()[4][2] - 2.0 * mixed.root_of_covariance().unwrap()[4][2]).abs()
+            < 1e-18
+    );
+    let short = vec![vec![0.0]; 6];
+    assert_eq!(mixed.with_root_of_covariance(short).unwrap_err().row, Some(1));
 }
