@@ -4,7 +4,7 @@
 //! A mass on a spring rides on a belt of speed V. Friction that weakens with the slip speed can drive it
 //! into a cycle of sticking and slipping. Six numbers decide: eps, the alpha, beta and gamma of the
 //! friction law, V, and the damping c. This crate answers the question "does a stick-slip cycle exist?" by
-//! closed-form tests ([`certify`]) and by the simulated flow ([`orbits`], [`column`]), at one point or at every cell
+//! closed-form tests ([`certify`]) and by the simulated flow ([`orbits`], [`mod@column`]), at one point or at every cell
 //! of a grid ([`map`]). The mathematics is in [`theory`].
 //!
 //! # One point

@@ -88,7 +88,7 @@ fn ask(law: &Law, point: &Point) -> (Option<String>, f64) {
         .chain(truth.filter(|_| !close).map(|truth| ("direct", truth)))
         .collect();
     let wrong = decided.iter().any(|(_, verdict)| *verdict != decided[0].1);
-    let coordinates = law.coordinates(&point);
+    let coordinates = law.coordinates(point);
     (wrong.then(|| format!("{} {coordinates:?}: {decided:?}, direct {direct:?}", law.definition())), seconds)
 }
 

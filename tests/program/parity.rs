@@ -84,8 +84,8 @@ fn of_probe(answer: &Value) -> Facts {
     let simulation = &answer["methods"]["simulation"];
     Facts {
         verdict: Some(words(&simulation["verdict"])),
-        critical: Some(simulation["critical_c"].as_f64()),
-        error: Some(simulation["critical_c_error"].as_f64()),
+        critical: Some(answer["critical_c"]["value"].as_f64()),
+        error: Some(answer["critical_c"]["error"].as_f64()),
         regime: words(&answer["regime"]),
     }
 }

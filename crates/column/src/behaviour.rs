@@ -114,7 +114,7 @@ impl<'a> Behaviour<'a> {
         Some(cycles.into_iter().map(narrowed).collect())
     }
 
-    /// As [`Self::slip_cycles`], between any bounds: for the number and the stability of the cycles.
+    /// The slip cycles between any bounds: for their number and their stability.
     pub fn count(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
         self.cycles(viscous, end, |ends| {
             self.read(viscous, |backbone| backbone.cycles(viscous, ends.stable, ends.returns))

@@ -15,7 +15,7 @@ pub struct Probabilities {
     pub values: Vec<f64>,
     /// Number of draws, over all machines, whose critical damping was not found; they are left out.
     pub failed: usize,
-    /// Number of illegal machines that were drawn, see [`Risk::redrawn`].
+    /// Number of illegal machines that were drawn, see [`slipmap_machine::risk::Risk::redrawn`].
     pub redrawn: usize,
 }
 

@@ -105,7 +105,7 @@ mod tests {
                     near(sin_cos(x)[usize::from(words[0] == "cos")], 2.0, exact.abs());
                     compared[1] += 1;
                 }
-                "sin" | "cos" if (0.0..6.28).contains(&x) => {
+                "sin" | "cos" if (0.0..std::f64::consts::TAU).contains(&x) => {
                     near(sin_cos_of_turn(x)[usize::from(words[0] == "cos")], 1.0, 1.0);
                     compared[2] += 1;
                 }

@@ -1,4 +1,4 @@
-//! The damping at which the orbit of an amplitude closes: by [`super::circle`] for Stribeck's law, by
+//! The damping at which the orbit of an amplitude closes: by `circle` for Stribeck's law, by
 //! [`super::elements`] for all others; or else from its [`super::quarters`].
 
 use super::circle::{Start, spectral};

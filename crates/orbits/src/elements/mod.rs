@@ -1,7 +1,7 @@
 //! The damping at which the orbit of a given amplitude closes, for every friction law, by Newton's method for
 //! the whole orbit at once.
 //!
-//! In the polar form of [`super::polar`] an orbit through the maximum `radius` of x2 is a function p =
+//! In the polar form of `polar` an orbit through the maximum `radius` of x2 is a function p =
 //! ln(r / radius) of the angle with
 //!
 //! ```text
