@@ -220,13 +220,17 @@ fn one_point_has_one_answer_at_every_door() {
                 let label = format!("{} {} {point:?} {door}: {facts:#?}", case.law, case.text);
                 assert_eq!(said.regime, first.regime, "{label}");
                 assert!(said.verdict.is_none() || said.verdict == first.verdict, "{label}");
-                assert!(said.critical.is_none() || said.critical == first.critical, "{label}");
+                // A map has critical dampings from 0 on.
+                let told = |of: Option<f64>| of.filter(|c| *door != "map" || *c >= 0.0);
+                let (critical, error) = (told(first.critical.flatten()), first.error.flatten());
+                assert!(said.critical.is_none_or(|of| of == critical), "{label}");
                 // A table of points has six digits of an error.
                 let same = |one: Option<f64>, other: Option<f64>| match (one, other) {
                     (Some(one), Some(other)) => (one - other).abs() <= 1e-5 * other,
                     (one, other) => one == other,
                 };
-                assert!(said.error.is_none_or(|error| same(error, first.error.flatten())), "{label}");
+                let error = error.filter(|_| critical.is_some());
+                assert!(said.error.is_none_or(|of| same(of, error)), "{label}");
             }
         }
     }

@@ -387,7 +387,7 @@ impl LawText {
         if let (Some(_), Some((key, _))) = (law.built_in(), given.into_iter().find(|(_, is_there)| *is_there))
         {
             let problem = format!("friction at rest is 1 already in the law `{name}`");
-            let remedy = "leave it out; where friction drops as slip begins, write [grid] drop";
+            let remedy = "leave it out; where friction drops as slip begins, write drop in [grid], or --drop";
             return Err(Wrong::new(key, problem, remedy));
         }
         match (&self.fit, law.as_written()) {
