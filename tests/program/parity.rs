@@ -14,8 +14,10 @@ struct Case {
     /// Name of the law, and its formula or the file of its table.
     law: &'static str,
     text: &'static str,
-    /// Parameters of its own, with the quantities of a machine that they are.
-    own: &'static [(&'static str, &'static str, f64)],
+    /// Parameters of its own.
+    own: &'static [(&'static str, f64)],
+    /// The quantities of a machine that they are.
+    quantities: &'static [(&'static str, f64)],
     /// V and c.
     points: &'static [[f64; 2]],
 }
@@ -25,46 +27,45 @@ const CASES: [Case; 6] = [
     Case {
         law: "exponential",
         text: "",
-        own: &[
-            ("mu", "kinetic_friction", 0.6),
-            ("vs", "stribeck_velocity", 0.05),
-            ("eta", "strengthening", 0.0),
-        ],
+        own: &[("mu", 0.6), ("vs", 0.05), ("eta", 0.0)],
+        quantities: &[("kinetic_friction", 0.6), ("stribeck_velocity", 0.05), ("strengthening", 0.0)],
         points: &[[0.5, 0.1], [0.5, 0.187], [0.5, 0.9], [0.02, 0.5], [3.0, 0.001]],
     },
     Case {
         law: "exponential",
         text: "",
-        own: &[
-            ("mu", "kinetic_friction", 0.7),
-            ("vs", "stribeck_velocity", 0.3),
-            ("eta", "strengthening", 0.2),
-        ],
+        own: &[("mu", 0.7), ("vs", 0.3), ("eta", 0.2)],
+        quantities: &[("kinetic_friction", 0.7), ("stribeck_velocity", 0.3), ("strengthening", 0.2)],
         points: &[[0.4, 0.05], [0.4, 0.3], [1.0, 0.0]],
     },
     Case {
         law: "coulomb",
         text: "",
-        own: &[("mu", "kinetic_friction", 0.6), ("eta", "strengthening", 0.0)],
+        own: &[("drop", 0.4), ("eta", 0.0)],
+        quantities: &[("kinetic_friction", 0.6), ("strengthening", 0.0)],
         points: &[[0.5, 0.1], [0.5, 0.4], [0.1, 2.0]],
     },
     Case {
         law: "lorentzian",
         text: "",
-        own: &[
-            ("mu", "kinetic_friction", 0.5),
-            ("vs", "stribeck_velocity", 0.2),
-            ("eta", "strengthening", 0.01),
-        ],
+        own: &[("mu", 0.5), ("vs", 0.2), ("eta", 0.01)],
+        quantities: &[("kinetic_friction", 0.5), ("stribeck_velocity", 0.2), ("strengthening", 0.01)],
         points: &[[0.3, 0.5], [0.3, 1.2], [0.6, 0.3]],
     },
     Case {
         law: "expression",
         text: "0.7 + 0.3*exp(-u/0.2) - 0.02*tanh((u-0.9)/0.05) - 0.02*tanh(18)",
         own: &[],
+        quantities: &[],
         points: &[[0.5, 0.1], [0.5, 0.4], [0.8, 0.02]],
     },
-    Case { law: "table", text: "falls.csv", own: &[], points: &[[0.3, 0.1], [0.3, 0.6], [0.6, 0.05]] },
+    Case {
+        law: "table",
+        text: "falls.csv",
+        own: &[],
+        quantities: &[],
+        points: &[[0.3, 0.1], [0.3, 0.6], [0.6, 0.05]],
+    },
 ];
 
 /// What a door says: the verdict of the simulation, c*, its error and the regime; `None` where it does not tell that fact.
@@ -121,8 +122,7 @@ impl Case {
         server: &Server,
         [speed, damping]: [f64; 2],
     ) -> Vec<(&'static str, Facts)> {
-        let shared =
-            [("epsilon", 1.0)].into_iter().chain(self.own.iter().map(|(name, _, value)| (*name, *value)));
+        let shared = [("epsilon", 1.0)].into_iter().chain(self.own.iter().copied());
         let point: Vec<(&str, f64)> = shared.chain([("V", speed), ("c", damping)]).collect();
         let mut found = Vec::new();
 
@@ -176,7 +176,7 @@ impl Case {
         ));
 
         let quantities: String =
-            self.own.iter().map(|(_, name, value)| format!("{name} = {value:?}\n")).collect();
+            self.quantities.iter().map(|(name, value)| format!("{name} = {value:?}\n")).collect();
         let rest = if self.own.is_empty() { "" } else { "static_friction = 1.0\n" };
         scratch.file(
             "machine.toml",
