@@ -110,7 +110,7 @@ impl Case {
     fn friction(&self) -> String {
         match self.law {
             "expression" => format!("[friction]\nlaw = \"expression\"\nphi = \"{}\"\n", self.text),
-            "table" => format!("[friction]\nlaw = \"table\"\nfile = \"{}\"\n", self.text),
+            "table" => format!("[friction]\nlaw = \"table\"\nkind = \"rows\"\nfile = \"{}\"\n", self.text),
             law => format!("[friction]\nlaw = \"{law}\"\n"),
         }
     }
