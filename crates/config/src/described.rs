@@ -134,6 +134,9 @@ pub struct Origin {
     /// Whether the first row is on the line through the next two, and moves with them.
     #[serde(skip_serializing_if = "is_false")]
     pub no_rest: bool,
+    /// Whether the file named the column of the standard errors.
+    #[serde(skip_serializing_if = "is_false")]
+    pub named_errors: bool,
 }
 
 /// Values of the names in a formula, with their covariance.
@@ -344,7 +347,7 @@ impl LawText {
             told: origin.told.clone(),
             forces: self.quantity.as_deref() == Some(FORCE),
             no_rest: origin.no_rest,
-            named_errors: true,
+            named_errors: origin.named_errors,
         };
         let table = table.map_err(|error| {
             let row = error.row.map_or(String::new(), |row| format!("row {row}: "));
@@ -430,13 +433,13 @@ impl LawText {
                 };
                 let rows: Vec<Vec<f64>> = table.data().enumerate().map(row).collect();
                 let own = if about == About::Oscillator { 1.0 } else { rows[0][1] };
-                let Source { lines, readings, told, forces, no_rest, .. } = table.source().clone();
+                let Source { lines, readings, told, forces, no_rest, named_errors } = table.source().clone();
                 let readings = Some(readings).filter(|readings| *readings != rows.len());
                 let file = table.origin().to_owned();
                 Self {
                     static_level: Some(table.static_level()).filter(|level| *level != own),
                     rows: Some(rows),
-                    source: Some(Origin { file, lines, readings, told, no_rest }),
+                    source: Some(Origin { file, lines, readings, told, no_rest, named_errors }),
                     quantity: (forces && about != About::Oscillator).then(|| FORCE.to_owned()),
                     ..of_law
                 }

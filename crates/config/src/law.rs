@@ -92,7 +92,7 @@ fn rows(node: &Node) -> Result<Vec<Vec<f64>>, ConfigError> {
 /// What is known of rows.
 fn origin(node: &Node) -> Result<Origin, ConfigError> {
     let Shape::Table(table) = node.shape() else { return Err(node.wrong_kind("a table")) };
-    super::refuse_unknown_keys(&table, &["file", "lines", "readings", "told", "no_rest"])?;
+    super::refuse_unknown_keys(&table, &["file", "lines", "readings", "told", "no_rest", "named_errors"])?;
     let text = |key: &str| table.get(key).map(|node| node.text().map(str::to_owned)).transpose();
     let count = |node: &Node| node.integer::<usize>(0, i64::from(u32::MAX));
     let lines = |node: &Node| node.list("a list of lines")?.iter().map(count).collect();
@@ -102,6 +102,7 @@ fn origin(node: &Node) -> Result<Origin, ConfigError> {
         readings: table.get("readings").map(|node| count(&node)).transpose()?,
         told: text("told")?,
         no_rest: table.get_or("no_rest", false, Node::truth)?,
+        named_errors: table.get_or("named_errors", false, Node::truth)?,
     })
 }
 

@@ -85,6 +85,9 @@ impl Origin {
             lines.add("readings", readings);
         }
         lines.text("told", self.told.as_deref());
+        if self.named_errors {
+            lines.add("named_errors", true);
+        }
         if self.no_rest {
             lines.add("no_rest", true);
         }
