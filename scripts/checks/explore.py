@@ -589,7 +589,7 @@ def a_working_point_is_pinned(session):
         assert tells(page, probe["critical_damping"])
         expect(page.locator(".figure").first).to_contain_text("velocity, mm/s")
         curve = page.locator("#overlay path.curve").first.get_attribute("d")
-        # The same in the link; what leaves the page is in SI units.
+        # The same in the link; the configuration that leaves the page has the units of the file.
         again = session.open(page.evaluate("location.hash"))
         settle(again)
         wait(again, "document.querySelectorAll('#overlay path.curve').length >= 2")
@@ -598,7 +598,7 @@ def a_working_point_is_pinned(session):
         expect(again.locator("#parameters")).to_contain_text("must be 0.4 at most")
         again.get_by_role("button", name="Share and export").click()
         expect(again.locator("#leave pre").first).to_contain_text("--set belt_speed=0.15")
-        expect(again.locator("#leave pre").nth(1)).to_contain_text("normal_force = 1000.0")
+        expect(again.locator("#leave pre").nth(1)).to_contain_text('normal_force = "1.0 kN"')
         session.picture(again, "machine-units")
         again.context.close()
         page.context.close()
