@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::output::{Align, Table, print_json};
+use super::output::{Align, TextTable, print_json};
 use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
@@ -128,7 +128,7 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io
     let residual = format!("residual{}", bracket(unit));
     let columns =
         [("law", Align::Left), ("AICc less the best", Align::Right), (residual.as_str(), Align::Right)];
-    let mut table = Table::new(&columns);
+    let mut table = TextTable::new(&columns);
     for fit in found {
         table.row([words_of(fit.form), format!("{:.1}", fit.aicc - best), rounded(fit.residual, 3)]);
     }
@@ -144,7 +144,7 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io
     let names = chosen.form.names();
     let mut headings = vec![("", Align::Left), ("value", Align::Right)];
     headings.extend((1..names.len()).map(|i| (if i == 1 { "correlation" } else { "" }, Align::Right)));
-    let mut table = Table::new(&headings);
+    let mut table = TextTable::new(&headings);
     for (i, (name, error)) in names.iter().zip(chosen.errors()).enumerate() {
         let value = with_error(chosen.values[i], error);
         let cells = [format!("{}{}", measured.named(name), bracket(measured.unit_of(name))), value];

@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::Value;
 
 use super::chances::notes_on_draws;
-use super::output::{Align, Table, print_json};
+use super::output::{Align, TextTable, print_json};
 use super::point::{Setting, parse_setting};
 use super::probe_machine;
 use super::replace::Files;
@@ -174,7 +174,7 @@ fn write(out: &mut dyn Write, machines: &[Machine], pages: &[MachinePage]) -> io
                 rows[row].1.push(value.plain());
             }
         }
-        let mut table = Table::new(&vec![("", Align::Left); 1 + pages.len()]);
+        let mut table = TextTable::new(&vec![("", Align::Left); 1 + pages.len()]);
         for (name, values) in rows {
             table.row([name].into_iter().chain(values));
         }

@@ -111,7 +111,7 @@ pub struct Boundaries {
     pub(crate) exact_error: Vec<Sizes>,
 }
 
-enum Source {
+enum Origin {
     Stored(String),
     Claim(&'static Test),
 }
@@ -129,8 +129,8 @@ impl Boundaries {
         for method in map.methods() {
             let variable = map.critical(method.name());
             let source = match method {
-                Method::Test(_) if map.has(&variable) => Source::Stored(variable),
-                Method::Test(test) => Source::Claim(test),
+                Method::Test(_) if map.has(&variable) => Origin::Stored(variable),
+                Method::Test(test) => Origin::Claim(test),
                 // The exact boundary, and methods that give verdicts, not critical dampings.
                 Method::Simulation | Method::Direct | Method::Naive(..) => continue,
             };
@@ -162,8 +162,8 @@ impl Boundaries {
             }
             for (source, method) in sources.iter().zip(&mut boundaries.methods) {
                 let edges = match source {
-                    Source::Stored(variable) => columns.stored(map, variable)?,
-                    Source::Claim(test) => columns.compute(f64::NAN, |columns| {
+                    Origin::Stored(variable) => columns.stored(map, variable)?,
+                    Origin::Claim(test) => columns.compute(f64::NAN, |columns| {
                         let claims = test.claims(&Columns::new(columns));
                         claims.iter().map(|claim| claim.edge().unwrap_or(f64::NAN)).collect()
                     }),
