@@ -23,7 +23,7 @@ Examples:
   slipmap explore configs/brake_pad.toml
   slipmap explore results/quickstart.h5 --no-browser
 
-The page shows any plane of parameter space, what each method claims in it, and everything about the point under the
+The page shows any plane of parameter space, what each method claims in it, and everything about the point under the \
 mouse. Its address is printed; nobody but programs on this computer can reach it. Ctrl-C ends it.")]
 pub(super) struct Arguments {
     /// A configuration or a map to begin with

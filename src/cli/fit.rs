@@ -25,9 +25,9 @@ Examples:
   slipmap fit brake.csv --out friction.toml --figure fit.pdf
   slipmap init machine && slipmap fit brake.csv --machine machine.toml --out brake.toml && slipmap machine brake.toml
 
-The laws F_k + (F_s - F_k) g(u/v_s) + B u with g exponential, gaussian, stretched (exp(-(u/v_s)^delta)), lorentzian or
-hyperbolic, and two coefficients, with and without the viscous part B and, if there are readings at rest, a drop as slip
-begins. The best law by Akaike's criterion is written as a table [friction], with --machine beside the rest of a
+The laws F_k + (F_s - F_k) g(u/v_s) + B u with g exponential, gaussian, stretched (exp(-(u/v_s)^delta)), lorentzian or \
+hyperbolic, and two coefficients, with and without the viscous part B and, if there are readings at rest, a drop as slip \
+begins. The best law by Akaike's criterion is written as a table [friction], with --machine beside the rest of a \
 configuration, without its coefficients, and of forces without its normal force. Answers carry the covariance of the fit.")]
 pub(super) struct Arguments {
     /// Measured friction: slip speed and friction, perhaps their standard error or the time, with units in the header

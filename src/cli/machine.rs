@@ -30,9 +30,9 @@ Examples:
   slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50 --json
   slipmap machine before.toml after.toml --out both.pdf
 
-The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it
-depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8,
-max = 2.2 } are uncertain, and so is a table of friction with standard errors: then also the probability that it may
+The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it \
+depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8, \
+max = 2.2 } are uncertain, and so is a table of friction with standard errors: then also the probability that it may \
 stick-slip, and the dampings that make it rare.")]
 pub(super) struct Arguments {
     /// The configuration, with a table [machine]; of two, both machines are on the page
