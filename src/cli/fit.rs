@@ -57,6 +57,9 @@ pub(super) struct Arguments {
     /// Of which direction of slip the friction is
     #[arg(long, value_name = "forward|backward|mean", value_parser = ["forward", "backward", "mean"])]
     direction: Option<String>,
+    /// Which columns are read, by name or number: speed=NAME,friction=NAME, and error, time, position, normal
+    #[arg(long, value_name = "speed=NAME,friction=NAME")]
+    column: Option<String>,
     /// Print JSON instead of text
     #[arg(long)]
     json: bool,
@@ -87,7 +90,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         (_, true) => Some("curve"),
         _ => None,
     };
-    let how = How { machine, ..How::named(kind, arguments.direction.as_deref()).map_err(bad)? };
+    let named = How::named(kind, arguments.direction.as_deref(), arguments.column.as_deref());
+    let how = named.map_err(bad)?.of(machine);
     let measured = Measured::read(&arguments.data, how).map_err(bad)?;
     if let Some(told) = measured.told() {
         say(&format!("read: {told}"));

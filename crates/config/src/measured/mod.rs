@@ -5,6 +5,7 @@ mod columns;
 mod fit;
 mod reduced;
 mod rows;
+mod slopes;
 mod table;
 mod text;
 
@@ -93,7 +94,7 @@ impl Direction {
 }
 
 /// How a file is to be read.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct How {
     /// The machine whose friction it is, in SI units; `None` for that of the oscillator.
     pub machine: Option<OfMachine>,
@@ -101,14 +102,26 @@ pub struct How {
     pub kind: Option<Kind>,
     /// Of which direction of slip.
     pub direction: Direction,
+    /// The columns that were chosen.
+    chosen: columns::Chosen,
 }
 
 impl How {
-    /// The kind of rows and the direction of these names.
+    /// The same for the friction of a machine.
+    #[must_use]
+    pub fn of(self, machine: Option<OfMachine>) -> Self {
+        Self { machine, ..self }
+    }
+
+    /// The kind of rows and the direction of these names, and the columns of `speed=NAME, friction=NAME`.
     ///
     /// # Errors
     /// The name that there is not, and those that there are.
-    pub fn named(kind: Option<&str>, direction: Option<&str>) -> Result<Self, (String, String)> {
+    pub fn named(
+        kind: Option<&str>,
+        direction: Option<&str>,
+        column: Option<&str>,
+    ) -> Result<Self, (String, String)> {
         fn of<T: Copy>(
             what: &str,
             name: Option<&str>,
@@ -124,7 +137,8 @@ impl How {
             name.map(find).transpose()
         }
         let direction = of("direction", direction, &Direction::NAMES)?.unwrap_or_default();
-        Ok(Self { machine: None, kind: of("kind of rows", kind, &Kind::NAMES)?, direction })
+        let chosen = column.map_or(Ok(Vec::new()), columns::chosen)?;
+        Ok(Self { machine: None, kind: of("kind of rows", kind, &Kind::NAMES)?, direction, chosen })
     }
 }
 
@@ -164,6 +178,8 @@ pub struct Measured {
     pub motion: Motion,
     /// Whether the rows are the law itself, as those of an oscillator are.
     pub is_law: bool,
+    /// The standard error of the slip speeds that follow from positions; 0 for others.
+    pub error_of_speed: f64,
     /// What has been understood, one phrase each.
     pub said: Vec<String>,
 }

@@ -59,7 +59,7 @@ fn ugly_files_are_read_or_refused_with_their_line() {
 
 #[test]
 fn files_in_any_encoding_are_read_or_refused() {
-    let plain = "v,mu\n0,0.4\n0.1,0.35\n0.5,0.3\n";
+    let plain = "v [m/s],mu\n0,0.4\n0.1,0.35\n0.5,0.3\n";
     let wide = |mark: bool, bytes_of: fn(u16) -> [u8; 2]| -> Vec<u8> {
         mark.then_some(0xfeff).into_iter().chain(plain.encode_utf16()).flat_map(bytes_of).collect()
     };
@@ -79,6 +79,65 @@ fn files_in_any_encoding_are_read_or_refused() {
     ] {
         check(name, &bytes, outcome, words);
     }
+}
+
+/// Columns that are chosen by name or number.
+#[test]
+fn columns_are_chosen_by_name_or_number() {
+    let text = "t [s],v1 [mm/s],v2 [mm/s],F_1 [N],\"F, 2 [N]\"\n0,0,9,400,4\n1,100,8,350,3\n2,500,7,300,2\n";
+    let of = |text: &str, column: &str| {
+        let how = How::named(None, None, Some(column))?.of(Some(MACHINE));
+        let data: Vec<(f64, f64)> =
+            Measured::of_bytes("rig.csv", text.as_bytes(), how)?.table(Level::First)?.data().collect();
+        Ok::<_, (String, String)>(data)
+    };
+    let expected = vec![(0.0, 400.0), (0.1, 350.0), (0.5, 300.0)];
+    let header_less = text.split_once('\n').unwrap().1;
+    for column in ["speed=v1,friction=F_1", "speed=V1 [mm/s], friction=F_1 [N]", "speed=2,friction=4"] {
+        assert_eq!(of(text, column).unwrap(), expected, "{column}");
+    }
+    assert_eq!(of(header_less, "speed=2,friction=4").unwrap()[1], (100.0, 350.0));
+    assert_eq!(of(text, "speed=v1,friction=F, 2").unwrap()[0].1, 4.0);
+    for (column, problem) in [
+        ("speed=v3", "no column of numbers has the name `v3`; there are t [s], v1 [mm/s], v2"),
+        ("pace=v1", "`pace=v1` chooses no column"),
+        ("speed=v1", "`F_1 [N]` and `F, 2 [N]` may both be the friction"),
+    ] {
+        let (found, remedy) = of(text, column).unwrap_err();
+        assert!(
+            found.contains(problem) && remedy.contains("NAME") | remedy.contains("names"),
+            "{found} {remedy}"
+        );
+    }
+}
+
+/// Positions over time, rounded as encoders write them, are the record of the speeds that they have, with a wider curve.
+#[test]
+fn positions_stand_for_speeds() {
+    let stated = |step: f64| {
+        let mut text = "t [ms],x [mm],F [N]\n".to_owned();
+        for i in 0..4000 {
+            let t = 1e-3 * f64::from(i);
+            let (v, x) = (0.3 * (2.0 * t).sin(), 0.15 * (1.0 - (2.0 * t).cos()));
+            let force = v.signum() * friction(v.abs());
+            text.push_str(&format!("{i},{},{force:.3}\n", 1e3 * (x / step).round() * step));
+        }
+        let table = law(text.as_bytes(), MACHINE).unwrap();
+        let told = table.source().told.clone().unwrap();
+        assert!(
+            told.contains("speeds are slopes of `x [mm]` over") && told.contains("a record over time"),
+            "{told}"
+        );
+        stated(&text, "")
+    };
+    let [fine, coarse] = [1e-8, 2e-5].map(stated);
+    for found in [fine, coarse] {
+        assert!((found.value - truth()).abs() < 2.0 * found.standard_error, "{found:?} {}", truth());
+    }
+    assert!(
+        fine.standard_error < 0.02 * truth() && coarse.standard_error > fine.standard_error,
+        "{fine:?} {coarse:?}"
+    );
 }
 
 /// Too few readings, and friction of the wrong sign, are the reasons that are given where no law follows from the readings.
