@@ -26,8 +26,8 @@ Examples:
   slipmap init machine && slipmap fit brake.csv --machine machine.toml --out brake.toml && slipmap machine brake.toml
 
 The laws F_k + (F_s - F_k) g(u/v_s) + B u with g exponential, gaussian, stretched (exp(-(u/v_s)^delta)), lorentzian or \
-hyperbolic, and two coefficients, with and without the viscous part B and, if there are readings at rest, a drop as slip \
-begins. The best law by Akaike's criterion is written as a table [friction], with --machine beside the rest of a \
+hyperbolic, two coefficients, and constant, with and without the viscous part B and, if there are readings at rest, a drop \
+as slip begins. The best law by Akaike's criterion is written as a table [friction], with --machine beside the rest of a \
 configuration, without its coefficients, and of forces without its normal force. Answers carry the covariance of the fit.")]
 pub(super) struct Arguments {
     /// Measured friction: slip speed and friction, perhaps their standard error or the time, with units in the header
@@ -158,6 +158,9 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io
         table.row([format!("at rest{}", bracket(unit)), with_error(level, error)]);
     }
     table.write(&mut out)?;
+    if let Some(words) = measured.no_stick_slip(chosen) {
+        writeln!(out, "\n{words}")?;
+    }
     if let Some(reduced) = chosen.reduced {
         writeln!(out, "\nresiduals: {} times the standard errors", rounded(reduced.sqrt(), 2))?;
     }

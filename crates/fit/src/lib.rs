@@ -72,7 +72,7 @@ pub enum NoFit {
     TooFew(usize),
     /// Friction is negative at every slip speed.
     Negative,
-    /// No law that falls, or has two coefficients, follows from the readings.
+    /// No law follows from the readings.
     None,
 }
 
@@ -88,6 +88,8 @@ const LEAST_PIVOT: f64 = 1e-6;
 const STEP: f64 = 1e-3;
 /// Number of slip speeds at which laws are compared.
 const COMPARED: i32 = 40;
+/// Residuals of exact readings, in units of the rounding of the largest one.
+const ROUNDING: f64 = 16.0;
 /// Least number of readings at rest whose own scatter is their error.
 const FEWEST_AT_REST: usize = 3;
 
@@ -110,7 +112,9 @@ pub fn fits(
     if speeds.len() < 3 {
         return Err(NoFit::TooFew(fewest));
     }
-    let forms = Form::all().filter(|form| !form.drop || !at_rest.is_empty());
+    // Fewer than tell whether it falls are no sign that it does not.
+    let tell = in_slip.len() >= fewest;
+    let forms = Form::all().filter(|form| (form.falls() || tell) && (!form.drop || !at_rest.is_empty()));
     let mut fits: Vec<Fit> = forms.filter_map(|form| fit(form, in_slip, at_rest, root)).collect();
     fits.sort_by(|one, other| one.aicc.total_cmp(&other.aicc));
     if fits.is_empty() {
@@ -211,7 +215,10 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading], root: Option<&D
     });
     let parameters = (p + usize::from(at_rest.is_some())) as f64;
     let count = (n + usize::from(at_rest.is_some())) as f64;
-    let likelihood = if known { squares } else { count * (squares / count).ln() };
+    // Exact readings have what rounding leaves.
+    let largest = readings.iter().map(|reading| reading.friction.abs()).fold(0.0, f64::max);
+    let least = (ROUNDING * f64::EPSILON * largest).powi(2);
+    let likelihood = if known { squares } else { count * (squares / count).max(least).ln() };
     let k = parameters + if known { 0.0 } else { 1.0 };
     let correction = 2.0 * k * (k + 1.0) / (count - k - 1.0);
     let aicc = likelihood + 2.0 * k + correction;

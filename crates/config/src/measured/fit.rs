@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::Measured;
 use slipmap_fit::{Fit, Form, NoFit, Reading, Reduced, fits};
 use slipmap_machine::{AREA, Coefficients, Dimension, NORMAL_FORCE, PRESSURE, RADIUS};
-use slipmap_numbers::text::{known_part, rounded, short};
+use slipmap_numbers::text::{known_part, rounded, short, with_error};
 use toml_edit::{DocumentMut, Item, TomlError};
 
 /// A law fitted to measured friction, in SI units.
@@ -35,6 +35,8 @@ pub struct FittedLaw {
     static_standard_error: Option<f64>,
 }
 
+/// Standard errors from which friction rises.
+const SURE: f64 = 2.0;
 /// Difference of Akaike's criterion up to which a law is about as good as the best one.
 const AS_GOOD: f64 = 4.0;
 
@@ -58,6 +60,8 @@ pub struct Fitted {
     fits: Vec<FittedLaw>,
     /// The number of laws that are about as good as the best one.
     about_as_good: usize,
+    /// That there is no stick-slip, and why; `None` for friction that falls or drops.
+    no_stick_slip: Option<String>,
     /// Slip speeds of the residuals: those of the readings, of a record over time those of its means.
     slip_speeds: Vec<f64>,
     /// Readings less the law.
@@ -112,8 +116,8 @@ impl Measured {
                     "check the sign, and the zero of the measurement".into(),
                 ),
                 NoFit::None => (
-                    "no law that falls as slip begins follows from the readings",
-                    "measure nearer to rest, or take the readings as they are: law = \"table\"".into(),
+                    "no law follows from the readings",
+                    "take the readings as they are: law = \"table\"".into(),
                 ),
             };
             (format!("{}: {problem}", self.name), remedy)
@@ -155,6 +159,7 @@ impl Measured {
             fit: law(chosen),
             fits: fits.all.iter().map(law).collect(),
             about_as_good: fits.about_as_good(),
+            no_stick_slip: self.no_stick_slip(chosen),
             slip_speeds: fits.slip_speeds.clone(),
             residuals: chosen.residuals.clone(),
             residual_runs: chosen.runs,
@@ -187,6 +192,24 @@ impl Measured {
         let rest = self.at_breakaway(&self.at_rest, curve.scatter);
         let rest = rest.map(|[friction, error]| Reading { speed: 0.0, friction, error });
         Ok(([knots.collect(), rest.into_iter().collect()], Some(curve)))
+    }
+
+    /// That there is no stick-slip, and why; `None` for friction that falls or drops, or may fall.
+    pub fn no_stick_slip(&self, fit: &Fit) -> Option<String> {
+        let [.., rise] = fit.values[..] else { return None };
+        let error = fit.errors().last().copied()?;
+        match (fit.form.falls(), fit.form.viscous) {
+            (true, _) => None,
+            (false, false) => {
+                Some("friction neither falls nor drops: no stick-slip at any damping above 0".into())
+            }
+            (false, true) if rise > SURE * error => Some(format!(
+                "friction rises with the slip speed by {} {}: no stick-slip at any damping",
+                with_error(rise, error),
+                self.unit_of("B")
+            )),
+            (false, true) => None,
+        }
     }
 
     /// Whether the friction is a force; where nothing says so it is a coefficient.
@@ -301,7 +324,8 @@ fn all_words(forms: impl Iterator<Item = Form>) -> String {
 pub fn words_of(form: Form) -> String {
     use slipmap_fit::Shape;
     let fall = match form.shape {
-        Shape::None => "two coefficients",
+        Shape::None if form.drop => "two coefficients",
+        Shape::None => "constant",
         Shape::Exponential => "exponential",
         Shape::Gaussian => "gaussian",
         Shape::Stretched => "stretched",

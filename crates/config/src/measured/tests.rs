@@ -160,8 +160,30 @@ fn what_cannot_be_fitted_says_why() {
     assert_eq!(why("F [N],se\n0.01,5,.1\n0.02,4.1,.1\n0.03,3.6,.1\n0.05,3.21,.1\n0.1,3.01,.1\n"), None);
     let negative = why("F [N]\n0.01,-5\n0.02,-4.1\n0.03,-3.6\n0.05,-3.21\n0.1,-3.01\n0.2,-3\n").unwrap();
     assert!(negative.contains("friction is negative at every slip speed; check the sign"), "{negative}");
-    let rises = why("F [N]\n0.01,3\n0.02,3.1\n0.03,3.2\n0.05,3.4\n0.1,3.9\n0.2,4.9\n0.3,5.9\n").unwrap();
-    assert!(rises.contains("no law that falls"), "{rises}");
+}
+
+/// Friction that does not fall is an answer; exact coefficients at rest and in slip are those, and nothing more.
+#[test]
+fn laws_that_do_not_fall_are_answers() {
+    let of = |rows: &str| {
+        let measured =
+            Measured::of_bytes("rig.csv", format!("v [m/s],F [N]\n{rows}").as_bytes(), how(MACHINE)).unwrap();
+        let fits = measured.fits(None).unwrap();
+        let chosen = fits.chosen();
+        (words_of(chosen.form), chosen.values.clone(), chosen.at_rest, measured.no_stick_slip(chosen))
+    };
+    let (law, values, _, told) = of("0.01,3.02\n0.02,3.09\n0.03,3.16\n0.05,3.24\n0.1,3.51\n0.2,4\n0.3,4.5\n");
+    assert!(law == "constant, viscous" && (values[1] - 5.0).abs() < 0.3, "{law} {values:?}");
+    let told = told.unwrap();
+    assert!(told.contains("rises with the slip speed by 5.0") && told.contains("no stick-slip"), "{told}");
+    let level: String = (1..=10).map(|i| format!("{},3\n", 0.02 * f64::from(i))).collect();
+    let (law, values, at_rest, told) = of(&format!("0,4\n{level}"));
+    assert_eq!(
+        (law.as_str(), &values[..], at_rest, told),
+        ("two coefficients", &[3.0][..], Some([4.0, 0.0]), None)
+    );
+    let (law, values, _, told) = of(&level);
+    assert!(law == "constant" && values == [3.0] && told.unwrap().contains("neither falls nor drops"));
 }
 
 /// Rows in any order are the readings that they are in order of their speeds, and no record over time.
