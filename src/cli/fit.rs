@@ -48,6 +48,9 @@ pub(super) struct Arguments {
     /// What the friction is where the header has no unit
     #[arg(long, value_name = "coefficient|force", value_parser = ["coefficient", "force"])]
     quantity: Option<String>,
+    /// Divide the friction by this normal force, of a rotation a torque: the law has coefficients
+    #[arg(long, value_name = "\"5 kN\"")]
+    normal_force: Option<String>,
     /// Read the rows as a record over time
     #[arg(long, conflicts_with = "curve")]
     record: bool,
@@ -92,7 +95,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     };
     let named = How::named(kind, arguments.direction.as_deref(), arguments.column.as_deref());
     let how = named.map_err(bad)?.of(machine);
-    let measured = Measured::read(&arguments.data, how).map_err(bad)?;
+    let mut measured = Measured::read(&arguments.data, how).map_err(bad)?;
+    if let Some(normal_force) = &arguments.normal_force {
+        measured = measured.over(normal_force).map_err(bad)?;
+    }
     if let Some(told) = measured.told() {
         say(&format!("read: {told}"));
     }
@@ -107,7 +113,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
                     |(problem, remedy)| bad((format!("{}: {problem}", machine.display()), remedy));
                 let text = std::fs::read_to_string(machine)
                     .map_err(|why| of_machine((why.to_string(), "name a file that can be read".into())))?;
-                measured.into_configuration(chosen, &text).map_err(of_machine)?
+                let (text, left_out) = measured.into_configuration(chosen, &text).map_err(of_machine)?;
+                if !left_out.is_empty() {
+                    say(&format!("left out, since the friction is a force: {left_out}"));
+                }
+                text
             }
         };
         write_file(text.as_bytes(), path, existing).map_err(failure)?;

@@ -293,7 +293,10 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             (Some(node), _) => values.push((name, reader.number_that(&node, key, name)?)),
             (None, Some(&(_, value, spread))) => {
                 values.push((name, value));
-                reader.uncertain.push((name, spread));
+                // Of exact readings a parameter has no error.
+                if !matches!(spread, Spread::Joint { row } if row.iter().all(|part| *part == 0.0)) {
+                    reader.uncertain.push((name, spread));
+                }
             }
             (None, None) => {}
         }

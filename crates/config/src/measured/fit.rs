@@ -238,11 +238,12 @@ impl Measured {
     }
 
     /// A configuration of a machine with a fit in place of its friction: without `[friction]`, coefficients, and of
-    /// forces without a normal force.
+    /// forces without a normal force. What is left out of a normal force is the second one; of coefficients at a normal force
+    /// that of the measurement stands where the machine has none.
     ///
     /// # Errors
-    /// What is no configuration of a machine, and a remedy.
-    pub fn into_configuration(&self, fit: &Fit, text: &str) -> Result<String, (String, String)> {
+    /// What is no configuration of a machine, or one with several normal forces for a fit of forces, and a remedy.
+    pub fn into_configuration(&self, fit: &Fit, text: &str) -> Result<(String, String), (String, String)> {
         let no_machine = |problem: String| {
             (
                 problem,
@@ -253,13 +254,27 @@ impl Measured {
             text.parse().map_err(|why: TomlError| no_machine(why.to_string().trim().to_owned()))?;
         let machine = document.get_mut("machine").and_then(Item::as_table_like_mut);
         let machine = machine.ok_or_else(|| no_machine("it has no table [machine]".into()))?;
-        let of_normal_force = [NORMAL_FORCE, PRESSURE, AREA, RADIUS];
-        let of_normal_force = of_normal_force.into_iter().filter(|_| self.holds_forces());
-        for name in Coefficients::NAMES.into_iter().chain(of_normal_force) {
+        for name in Coefficients::NAMES {
             machine.remove(name);
         }
+        let mut left_out = Vec::new();
+        for name in [NORMAL_FORCE, PRESSURE, AREA, RADIUS].into_iter().filter(|_| self.holds_forces()) {
+            let Some(value) = machine.remove(name) else { continue };
+            if value.is_array() || value.is_table_like() {
+                let problem =
+                    format!("{name} is more than one number, and the fit is a force at one normal force");
+                let remedy = "give that of the measurement: --normal-force \"5 kN\" makes coefficients";
+                return Err((problem, remedy.into()));
+            }
+            left_out.push(format!("{name} = {}", value.to_string().trim()));
+        }
+        let has = |name: &str| machine.contains_key(name);
+        if let Some(normal_force) = self.normal_force.filter(|_| !has(NORMAL_FORCE) && !has(PRESSURE)) {
+            machine.insert(NORMAL_FORCE, toml_edit::value(normal_force));
+        }
         document.remove("friction");
-        Ok(format!("{}\n{}", document.to_string().trim_end(), self.to_toml(fit)))
+        let text = format!("{}\n{}", document.to_string().trim_end(), self.to_toml(fit));
+        Ok((text, left_out.join(", ")))
     }
 
     /// A fit as the table `[friction]` of a configuration, complete in SI units.

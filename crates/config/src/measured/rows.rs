@@ -87,6 +87,7 @@ pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refus
         is_law: machine.is_none() || kind == Some(Kind::Rows),
         error_of_speed,
         forces: columns.forces,
+        normal_force: None,
         motion: columns.motion,
         said,
     })

@@ -186,6 +186,39 @@ fn laws_that_do_not_fall_are_answers() {
     assert!(law == "constant" && values == [3.0] && told.unwrap().contains("neither falls nor drops"));
 }
 
+/// Forces over a normal force are a law in coefficients, for machines with any normal force; without it several normal forces
+/// are refused, and one is told.
+#[test]
+fn normal_forces_are_not_lost() {
+    let rows: String = (1..=12)
+        .map(|i| 0.02 * f64::from(i))
+        .map(|u| format!("{u},{}\n", 0.3 + 0.2 * (-u / 0.05).exp() + 1e-4 * (40.0 * u).sin()))
+        .collect();
+    let read =
+        || Measured::of_bytes("rig.csv", format!("v [m/s],F [kN]\n{rows}").as_bytes(), how(MACHINE)).unwrap();
+    let forces = read();
+    let fit = forces.fits(None).unwrap();
+    let coefficients = read().over("2 kN").unwrap();
+    let same = coefficients.fits(None).unwrap();
+    assert!((same.chosen().values[0] * 2000.0 / fit.chosen().values[0] - 1.0).abs() < 1e-6);
+    let config = |normal: &str| {
+        format!("[machine]\nmass = 1.0\nstiffness = 1e4\ndamping = 1.0\nbelt_speed = 0.1\n{normal}\n")
+    };
+    let of = |measured: &Measured, fits: &Fits, normal: &str| {
+        measured.into_configuration(fits.chosen(), &config(normal))
+    };
+    let (text, _) = of(&coefficients, &same, "normal_force = [1e3, 2e3]").unwrap();
+    assert!(text.contains("normal_force = [1e3, 2e3]") && text.contains("mu_k"), "{text}");
+    assert!(of(&coefficients, &same, "").unwrap().0.contains("normal_force = 2000.0"));
+    let (problem, remedy) = of(&forces, &fit, "normal_force = [1e3, 2e3]").unwrap_err();
+    assert!(
+        problem.contains("normal_force is more than one number") && remedy.contains("--normal-force"),
+        "{problem}"
+    );
+    assert_eq!(of(&forces, &fit, "normal_force = 2e3").unwrap().1, "normal_force = 2e3");
+    assert!(coefficients.over("2 kN").is_err() && read().over("2 m").is_err() && read().over("0").is_err());
+}
+
 /// Rows in any order are the readings that they are in order of their speeds, and no record over time.
 #[test]
 fn the_order_of_rows_says_nothing() {
