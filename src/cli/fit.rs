@@ -71,8 +71,8 @@ pub(super) struct Arguments {
     overwrite: bool,
 }
 
-/// Number of standard deviations by which residuals of one sign follow one another more than by chance.
-const SYSTEMATIC: f64 = -3.0;
+/// Number of standard deviations by which residuals follow smooth curves more than by chance.
+const SYSTEMATIC: f64 = 3.0;
 /// Number of points of the drawn law.
 const POINTS: usize = 400;
 
@@ -174,11 +174,12 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io
     if let Some(reduced) = chosen.reduced {
         writeln!(out, "\nresiduals: {} times the standard errors", rounded(reduced.sqrt(), 2))?;
     }
-    if chosen.runs < SYSTEMATIC {
+    if chosen.lack > SYSTEMATIC {
+        let by = rounded(chosen.lack, 2);
         writeln!(
             out,
-            "\nThe residuals of one sign follow one another: the law does not follow the readings. Take law = \"table\", or \
-             fit the slip speeds that matter."
+            "\nThe residuals follow a smooth curve, {by} standard deviations more than by chance: the law does not follow the \
+             readings. Take law = \"table\", or fit the slip speeds that matter."
         )?;
     }
     Ok(())

@@ -66,9 +66,9 @@ pub struct Fitted {
     slip_speeds: Vec<f64>,
     /// Readings less the law.
     residuals: Vec<f64>,
-    /// Number of changes of sign of the residuals less that of independent ones, in standard deviations: far below 0 where
-    /// the law does not follow the readings.
-    residual_runs: f64,
+    /// How much more the residuals follow smooth curves than by chance, in standard deviations: far above 0 where the law does
+    /// not follow the readings.
+    lack_of_fit: f64,
 }
 
 /// Largest number of independent readings that are fitted themselves.
@@ -162,7 +162,7 @@ impl Measured {
             no_stick_slip: self.no_stick_slip(chosen),
             slip_speeds: fits.slip_speeds.clone(),
             residuals: chosen.residuals.clone(),
-            residual_runs: chosen.runs,
+            lack_of_fit: chosen.lack,
         }
     }
 
