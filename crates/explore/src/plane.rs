@@ -26,6 +26,9 @@ pub(super) struct AxisRequest {
     #[serde(default)]
     pub(super) log: bool,
     points: usize,
+    /// The first of the cells that are wanted, and one past the last; all of them by default.
+    #[serde(default)]
+    part: Option<[usize; 2]>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -49,7 +52,14 @@ impl AxisRequest {
     /// The values at the middle of the cells. They lie inside the ends, which may themselves be illegal (V =
     /// 0).
     pub(super) fn nodes(&self) -> Result<Vec<f64>, Refusal> {
-        self.between(self.points, 0.5 / self.points as f64)
+        let mut nodes = self.between(self.points, 0.5 / self.points as f64)?;
+        if let Some([from, to]) = self.part {
+            if !(from < to && to <= nodes.len()) {
+                return Err(Refusal::malformed(format!("no cells {from} to {to} along {}", self.axis)));
+            }
+            nodes = nodes[from..to].to_vec();
+        }
+        Ok(nodes)
     }
 
     /// `points` values; the first and the last lie a share `half` of the axis inside its ends.

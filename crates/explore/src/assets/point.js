@@ -1,7 +1,7 @@
 // The pinned point: the motion there, figures, verdicts, and every number that is known.
 
 import { drawing, element, mark, refusals, short, why_refused, with_error } from "./elements.js";
-import { post } from "./server.js";
+import { post } from "./program.js";
 import { label, place, where } from "./state.js";
 
 const FIGURES = [["orbit", "Motion"], ["friction", "Friction curve"], ["backbone", "Largest velocity against damping"]];
@@ -132,7 +132,7 @@ export class Point {
     const turn = this.turn;
     const box = this.figures.get(figure);
     try {
-      const drawn = await post("/api/figure", { ...place(this.state), figure, start: figure === "orbit" ? this.start : null }, figure);
+      const drawn = await post("figure", { ...place(this.state), figure, start: figure === "orbit" ? this.start : null }, figure);
       if (turn !== this.turn) return;
       this.show(box, drawing(drawn.svg));
       if (drawn.panel) this.panel = drawn.panel;
@@ -157,7 +157,7 @@ export class Point {
   async tell() {
     const turn = this.turn;
     try {
-      const probe = await post("/api/point", place(this.state), "point");
+      const probe = await post("point", place(this.state), "point");
       if (turn !== this.turn) return;
       this.probe = probe;
       this.show(this.regime, element("b", {}, probe.regime.replaceAll("_", " ")));
