@@ -11,7 +11,12 @@
 //!
 //! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
 
+<<<<<<< HEAD
+use slipmap_model::friction::{Curve, NOTHING, Pieces, Range};
+use slipmap_numbers::TimesPlus as _;
+=======
 use slipmap_model::friction::{Curve, NOT_NEGATIVE, Pieces, Range};
+>>>>>>> main
 use slipmap_numbers::interval::Interval;
 
 /// The refinement of a bound ends after a step that leaves more than this share of it.
@@ -119,7 +124,7 @@ impl<'a> FarLoops<'a> {
     /// about as fast as C u rises, and the sum is bounded on parts of the interval.
     fn psi(&self, viscous: f64) -> Vec<(f64, Range)> {
         let bounds = self.intervals.iter().map(|&([from, to], phi)| {
-            let apart = Range { lo: viscous.mul_add(from, phi.lo), hi: viscous.mul_add(to, phi.hi) };
+            let apart = Range { lo: viscous.times_plus(from, phi.lo), hi: viscous.times_plus(to, phi.hi) };
             let open = apart.lo < 0.0 && apart.hi > 0.0 && viscous > 0.0 && from < to;
             (from, if open { self.curve.friction_between(from, to, viscous) } else { apart })
         });
@@ -259,7 +264,7 @@ fn pushes_from(curve: &Curve, unit: f64) -> Option<f64> {
         |u: f64| curve.phi(u) >= NOT_NEGATIVE || curve.formula(Interval::of(u)).is_some_and(may_resist);
     let open = curve.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOT_NEGATIVE);
     for ([from, to], _) in open {
-        let place = |i: u32| (to - from).mul_add(f64::from(i) / f64::from(SAMPLES), from);
+        let place = |i: u32| (to - from).times_plus(f64::from(i) / f64::from(SAMPLES), from);
         if let Some(first) = (0..=SAMPLES).find(|i| !resists(place(*i))) {
             let (mut low, mut high) = (place(first.saturating_sub(1)), place(first));
             while high - low > RESOLVED * high {

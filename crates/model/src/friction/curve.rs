@@ -7,6 +7,7 @@ use super::built_in::ClosedForm;
 use super::exponential::ExponentialFall;
 use super::{FirstOrder, Form, Gradient, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
 
@@ -301,13 +302,16 @@ impl Curve {
     pub fn friction_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
         if let Form::Table(table) = &self.form {
             let (phi, drop) = (table.friction_range(lo, hi), self.axis.unwrap_or(0.0));
-            return Range { lo: viscous.mul_add(lo, phi.lo - drop), hi: viscous.mul_add(hi, phi.hi - drop) };
+            return Range {
+                lo: viscous.times_plus(lo, phi.lo - drop),
+                hi: viscous.times_plus(hi, phi.hi - drop),
+            };
         }
         if self.formula(0.0).is_some() {
             return self.formula_between(lo, hi, viscous);
         }
-        let place = |i: u32| (hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo).min(hi);
-        let psi = |u: f64| viscous.mul_add(u, self.phi(u));
+        let place = |i: u32| (hi - lo).times_plus(f64::from(i) / f64::from(SAMPLES), lo).min(hi);
+        let psi = |u: f64| viscous.times_plus(u, self.phi(u));
         Range::of((0..=SAMPLES).map(place).map(psi))
     }
 
@@ -326,7 +330,7 @@ impl Curve {
             let Some(phi) = self.formula(u) else { return Interval::ENTIRE.into() };
             let range: Range = (phi + Interval::of(viscous) * u).into();
             let middle = 0.5 * (lo + hi);
-            let samples = [lo, middle, hi].map(|u| viscous.mul_add(u, self.phi(u)));
+            let samples = [lo, middle, hi].map(|u| viscous.times_plus(u, self.phi(u)));
             let pushes = samples.map(|phi| phi < 0.0);
             let sampled = Range::of(samples);
             let distance = if pushes[0] { range.hi - sampled.hi } else { sampled.lo - range.lo };
