@@ -11,12 +11,8 @@
 //!
 //! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
 
-<<<<<<< HEAD
-use slipmap_model::friction::{Curve, NOTHING, Pieces, Range};
-use slipmap_numbers::TimesPlus as _;
-=======
 use slipmap_model::friction::{Curve, NOT_NEGATIVE, Pieces, Range};
->>>>>>> main
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::interval::Interval;
 
 /// The refinement of a bound ends after a step that leaves more than this share of it.
