@@ -27,8 +27,8 @@ Examples:
   slipmap explore results/quickstart.h5 --no-browser
   slipmap explore configs/brake_pad.toml --out pad.html
 
-The page shows any plane of parameter space, what each method claims in it, and everything about the point under the
-mouse. Its address is printed, with a secret in it: nobody else on this computer gets an answer. Ctrl-C ends it. The
+The page shows any plane of parameter space, what each method claims in it, and everything about the point under the \
+mouse. Its address is printed, with a secret in it: nobody else on this computer gets an answer. Ctrl-C ends it. The \
 page of --out needs no program: it works in any browser, without a network.")]
 pub(super) struct Arguments {
     /// A configuration or a map to begin with

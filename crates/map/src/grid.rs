@@ -4,7 +4,7 @@
 //! that vary. Either way a node of all axes but the damping is a [`Column`]: a law in dimensionless form, V, and
 //! the factor from its dampings to those of the oscillator. All else sees columns.
 
-mod source;
+mod columns;
 mod tile;
 
 pub use tile::{Tile, unravel};

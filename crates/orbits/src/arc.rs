@@ -587,7 +587,7 @@ pub struct Extent {
 impl Default for Extent {
     /// The extent of no orbit.
     fn default() -> Self {
-        Self { velocity: Range::NOTHING, displacement: Range::NOTHING }
+        Self { velocity: Range::EMPTY, displacement: Range::EMPTY }
     }
 }
 

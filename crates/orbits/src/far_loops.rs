@@ -11,7 +11,7 @@
 //!
 //! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
 
-use slipmap_model::friction::{Curve, NOTHING, Pieces, Range};
+use slipmap_model::friction::{Curve, NOT_NEGATIVE, Pieces, Range};
 use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::interval::Interval;
 
@@ -57,7 +57,7 @@ impl<'a> FarLoops<'a> {
         let mut intervals =
             if curve.is_proved_to_resist() { Vec::new() } else { curve.friction_by_intervals(unit) };
         // Friction pushes at no slip speed by its bounds, or by these ranges, which are partly samples.
-        let never = intervals.iter().all(|(_, range)| range.lo >= NOTHING);
+        let never = intervals.iter().all(|(_, range)| range.lo >= NOT_NEGATIVE);
         let settled = never.then(|| settled(curve, belt_speed, curve.fastest()));
         if never {
             intervals.clear();
@@ -133,7 +133,7 @@ impl<'a> FarLoops<'a> {
         if self.curve.fastest() < f64::INFINITY {
             return f64::INFINITY;
         }
-        let hull = |of: &[(f64, Range)]| of.iter().map(|(_, range)| *range).fold(Range::NOTHING, Range::hull);
+        let hull = |of: &[(f64, Range)]| of.iter().map(|(_, range)| *range).fold(Range::EMPTY, Range::hull);
         let bounds = (1..psi.len()).filter(|at| psi[*at].0 >= self.belt_speed).filter_map(|at| {
             let (near, far) = psi.split_at(at);
             bound(&Parts { from: psi[at].0, near: hull(near), far: hull(far) })
@@ -255,9 +255,10 @@ fn pushes_from(curve: &Curve, unit: f64) -> Option<f64> {
         return None;
     }
     // Where large terms cancel a value of any sign may be rounding alone.
-    let may_resist = |phi: Interval| phi.is_bounded() && phi.hi >= NOTHING;
-    let resists = |u: f64| curve.phi(u) >= NOTHING || curve.formula(Interval::of(u)).is_some_and(may_resist);
-    let open = curve.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOTHING);
+    let may_resist = |phi: Interval| phi.is_bounded() && phi.hi >= NOT_NEGATIVE;
+    let resists =
+        |u: f64| curve.phi(u) >= NOT_NEGATIVE || curve.formula(Interval::of(u)).is_some_and(may_resist);
+    let open = curve.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOT_NEGATIVE);
     for ([from, to], _) in open {
         let place = |i: u32| (to - from).times_plus(f64::from(i) / f64::from(SAMPLES), from);
         if let Some(first) = (0..=SAMPLES).find(|i| !resists(place(*i))) {

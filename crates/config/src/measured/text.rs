@@ -1,6 +1,6 @@
 //! Measured data as text: the encoding, the separator of columns, the decimal sign, the fields.
 
-use super::Refused;
+use super::{Refused, columns};
 
 /// The fields of one line.
 pub(super) struct Line {
@@ -13,6 +13,8 @@ pub(super) struct Line {
 pub(super) struct Fields {
     /// The lines that are neither empty nor comments.
     pub(super) lines: Vec<Line>,
+    /// The position of the first one that has numbers where most have.
+    pub(super) first: usize,
     pub(super) decimal: Decimal,
     /// The comments, each as it is divided by several separators: one may be the header.
     pub(super) comments: Vec<Vec<Line>>,
@@ -155,9 +157,36 @@ pub(super) fn fields(text: &str) -> Result<Fields, Refused> {
         [separator, ',', ';', '\t'].map(by).into()
     });
     let comments = comments.collect();
-    let (decimal, sign) = decimal(&lines)?;
+    let Some(first) = first_row(&lines) else { return Err(Refused::no_numbers()) };
+    let (decimal, sign) = decimal(&lines[first..])?;
     let said = [words, sign].into_iter().filter(|words| !words.is_empty()).map(str::to_owned).collect();
-    Ok(Fields { lines, decimal, comments, said })
+    Ok(Fields { lines, first, decimal, comments, said })
+}
+
+/// The first line that has numbers where most lines with two of them have, below the line of the names if there is one: above
+/// are titles, and the settings of a program, as `key:;value;value`.
+fn first_row(lines: &[Line]) -> Option<usize> {
+    let place = |line: &Line| {
+        let numbers = line.fields.iter().take(64).map(|field| looks_like_a_number(field));
+        numbers.enumerate().fold(0_u64, |places, (i, is_number)| places | u64::from(is_number) << i)
+    };
+    let places: Vec<u64> = lines.iter().map(place).collect();
+    let mut counts: Vec<(u64, usize)> = Vec::new();
+    for &at in places.iter().filter(|places| places.count_ones() >= 2) {
+        match counts.iter_mut().find(|(known, _)| *known == at) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((at, 1)),
+        }
+    }
+    // Of equally many the first.
+    let (most, _) = counts.into_iter().rev().max_by_key(|(_, count)| *count)?;
+    let mut with_places = lines.iter().zip(&places);
+    let are_names = |(line, places): (&Line, &u64)| *places == 0 && columns::are_names(&line.fields);
+    let names = with_places.position(are_names).unwrap_or(0);
+    // Without a number in its first field a line above the names is none of the rows.
+    let from = if places[..names].iter().any(|places| places & 1 == 1) { 0 } else { names };
+    let is_row = |places: &u64| places & most == most;
+    places[from..].iter().position(is_row).map(|at| from + at)
 }
 
 /// Whether `sign` in a number may separate thousands: 1,234 or 12,345,678.
