@@ -12,7 +12,7 @@ use slipmap::column::Method;
 use slipmap::column::critical::{NoCriticalDamping, critical_dampings};
 use slipmap::config::{conversion, load_machine, machine_of};
 use slipmap::friction::{Column, Expression, Law as Family};
-use slipmap::machine::{self as engine, Coefficients, Friction, Model, NORMAL_FORCE};
+use slipmap::machine::{self as engine, Coefficients, Friction, Model, Motion, NORMAL_FORCE, RADIUS};
 use slipmap::map::Shown;
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk, uncertain_critical_damping};
@@ -46,6 +46,18 @@ impl std::fmt::Debug for Written {
             Written::Text(text) => text.fmt(to),
         }
     }
+}
+
+/// The value and the standard deviation of a text such as `12 bar +- 10 %`.
+#[pyfunction]
+pub(crate) fn with_deviation(text: &str) -> Option<(String, String)> {
+    slipmap::config::with_deviation(text)
+}
+
+/// A percentage, over 100.
+#[pyfunction]
+pub(crate) fn share(text: &str) -> Option<f64> {
+    slipmap::config::share(text)
 }
 
 /// A spread as Python has it: a standard deviation, both ends of a range, or the row of correlated errors.
@@ -94,7 +106,9 @@ impl Machine {
     ) -> PyResult<Self> {
         let motion = motion_of(motion)?;
         check_friction(&law.law)?;
-        let value = |name: &str| quantities.get(name).copied();
+        // That of a disc is no quantity.
+        let disc = quantities.get(RADIUS).copied().filter(|_| motion == Motion::Translation);
+        let value = |name: &str| quantities.get(name).copied().filter(|_| disc.is_none() || name != RADIUS);
         let law = match (value(Coefficients::EXPONENT), law.law.as_written()) {
             (Some(_), _) => law.law.clone().with_exponent(),
             // A fit is in units of its own value at rest; the formula of a machine is the coefficient itself.
@@ -113,7 +127,8 @@ impl Machine {
             };
             return Err(PyTypeError::new_err(format!("the machine also needs {missing}{remedy}")));
         }
-        if let Some(unknown) = quantities.keys().find(|name| !names.contains(&name.as_str())) {
+        let is_known = |name: &str| names.contains(&name) || disc.is_some() && name == RADIUS;
+        if let Some(unknown) = quantities.keys().find(|name| !is_known(name)) {
             let of = law.name();
             let known = names.join(", ");
             return Err(PyTypeError::new_err(format!(
@@ -124,10 +139,11 @@ impl Machine {
             Family::Expression(formula) => formula.text().into_owned(),
             _ => String::new(),
         };
-        let machine = machine_of(motion, &law, value, value).map_err(|wrong| match value(wrong.key) {
+        let mut machine = machine_of(motion, &law, value, value).map_err(|wrong| match value(wrong.key) {
             Some(given) => PyValueError::new_err(format!("{} = {given}: {}", wrong.key, wrong.problem)),
             None => of_wrong(&wrong, &formula),
         })?;
+        machine.given = machine.given.on_disc(disc);
         // In the order given, which is that of the random numbers.
         let spread = |(name, numbers): &(String, Numbers)| {
             Some((names.iter().copied().find(|known| known == name)?, spread_of(numbers)?))
@@ -169,7 +185,8 @@ impl Machine {
     /// Its numbers; the normal force only if it is known.
     #[getter]
     fn quantities(&self) -> Vec<(&'static str, f64)> {
-        self.machine.quantities()
+        let disc = self.machine.given.disc().map(|radius| (RADIUS, radius));
+        self.machine.quantities().into_iter().chain(disc).collect()
     }
 
     /// Whether its friction is a force, since no normal force is known.
@@ -192,7 +209,7 @@ impl Machine {
     #[getter]
     fn uncertain(&self) -> Vec<(&'static str, Numbers)> {
         let numbers = |spread: &Spread| match *spread {
-            Spread::Normal { sd } => vec![sd],
+            Spread::Normal { sd } | Spread::Relative { sd } => vec![sd],
             Spread::Uniform { min, max } => vec![min, max],
             Spread::Joint { row } => row.to_vec(),
         };

@@ -31,7 +31,7 @@ Examples:
   slipmap machine before.toml after.toml --out both.pdf
 
 The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it \
-depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8, \
+depends on, and what is proved. Quantities of [machine] that are written \"2 kg +- 5 %\" or { min = 1.8, \
 max = 2.2 } are uncertain, and so is a table of friction with standard errors: then also the probability that it may \
 stick-slip, and the dampings that make it rare.")]
 pub(super) struct Arguments {

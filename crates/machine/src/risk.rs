@@ -39,6 +39,11 @@ pub enum Spread {
         /// Standard deviation.
         sd: f64,
     },
+    /// Normal, with this standard deviation over the value: of a quantity with several values.
+    Relative {
+        /// Standard deviation over the value.
+        sd: f64,
+    },
     /// Uniform between two values.
     Uniform {
         /// The smaller one.
@@ -58,10 +63,19 @@ pub enum Spread {
 pub const MOST_JOINT: usize = 6;
 
 impl Spread {
-    /// Its standard deviation.
-    pub fn sd(&self) -> f64 {
-        match *self {
-            Spread::Normal { sd } => sd,
+    /// The spread around this value.
+    #[must_use]
+    pub fn at(self, value: f64) -> Self {
+        match self {
+            Spread::Relative { sd } => Spread::Normal { sd: sd * value.abs() },
+            other => other,
+        }
+    }
+
+    /// Its standard deviation around this value.
+    pub fn sd(&self, value: f64) -> f64 {
+        match self.at(value) {
+            Spread::Normal { sd } | Spread::Relative { sd } => sd,
             Spread::Uniform { min, max } => (max - min) / 12f64.sqrt(),
             Spread::Joint { row } => row.iter().map(|part| part * part).sum::<f64>().sqrt(),
         }
@@ -213,8 +227,8 @@ impl<'a> Draws<'a> {
         let values: Vec<f64> = uncertain
             .iter()
             .zip(nominal)
-            .map(|((_, spread), nominal)| match spread {
-                Spread::Normal { sd } => nominal + sd * random.normal(),
+            .map(|((_, spread), nominal)| match spread.at(*nominal) {
+                Spread::Normal { sd } | Spread::Relative { sd } => nominal + sd * random.normal(),
                 Spread::Uniform { min, max } => min + (max - min) * random.unit(),
                 Spread::Joint { row } => {
                     nominal + row.iter().zip(joint).map(|(part, z)| part * z).sum::<f64>()

@@ -59,14 +59,16 @@ pub(super) fn sections(
 fn with_spread(name: &str, value: f64, unit: Unit, uncertain: &[Uncertain]) -> Rich {
     let text = quantity(value, unit);
     let number = |value: f64, digits: usize| unit.unnamed().number(value, digits);
-    match uncertain.iter().find(|(known, _)| *known == name) {
+    match uncertain.iter().find(|(known, _)| *known == name).map(|(_, spread)| spread.at(value)) {
         None => text,
-        Some((_, Spread::Normal { sd })) => text.then(" ± ").then(number(*sd, 3)).then(" (sd)"),
-        Some((_, spread @ Spread::Joint { .. })) => {
-            with_error(value, spread.sd(), 4, unit).then(" (of the fit)")
+        Some(Spread::Normal { sd } | Spread::Relative { sd }) => {
+            text.then(" ± ").then(number(sd, 3)).then(" (sd)")
         }
-        Some((_, Spread::Uniform { min, max })) => {
-            let ends = number(*min, 4).then(" to ").then(number(*max, 4));
+        Some(spread @ Spread::Joint { .. }) => {
+            with_error(value, spread.sd(value), 4, unit).then(" (of the fit)")
+        }
+        Some(Spread::Uniform { min, max }) => {
+            let ends = number(min, 4).then(" to ").then(number(max, 4));
             text.then(", ").then(ends).then(" (uniform)")
         }
     }
@@ -398,10 +400,12 @@ fn sensitivities(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -
         }
         let per_cent = Rich::with_error(of.critical_damping, of.critical_damping_error, 3).then(" % for 1 %");
         // To first order.
-        let sd = uncertain.iter().find(|(known, _)| *known == of.quantity).map(|(_, spread)| spread.sd());
+        let spread = uncertain.iter().find(|(known, _)| *known == of.quantity).map(|(_, spread)| spread);
         let value = values.iter().find(|(known, _)| *known == of.quantity).map(|(_, value)| *value);
-        let moved = sd.zip(value).zip(all.behaviour.critical_damping);
-        let moved = moved.map(|((sd, value), critical)| (of.critical_damping * critical * sd / value).abs());
+        let moved = spread.zip(value).zip(all.behaviour.critical_damping);
+        let moved = moved.map(|((spread, value), critical)| {
+            (of.critical_damping * critical * spread.sd(value) / value).abs()
+        });
         let by_spread = moved.filter(|moved| *moved > 0.0).map_or_else(Rich::default, |moved| {
             rich("; by its spread ± ").then(Unit::of(&all.machine, written, "damping").number(moved, 2))
         });
