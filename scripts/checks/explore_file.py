@@ -85,7 +85,7 @@ def differences(one, other, at="", error=0.0):
         for i, (a, b) in enumerate(zip(one, other)):
             yield from differences(a, b, f"{at}/{i}", error)
     elif {type(one), type(other)} <= {int, float}:
-        if abs(one - other) > error + SIZE * max(abs(one), abs(other)):
+        if abs(one - other) > (error or SIZE * max(abs(one), abs(other))):
             yield at, one, other, error
     elif one != other:
         yield at, one, other
