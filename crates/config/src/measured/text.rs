@@ -1,12 +1,6 @@
 //! Measured data as text: the encoding, the separator of columns, the decimal sign, the fields.
 
-<<<<<<< HEAD
-use super::Refused;
-=======
-use encoding_rs::{Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
-
 use super::{Refused, columns};
->>>>>>> main
 
 /// The fields of one line.
 pub(super) struct Line {
