@@ -211,7 +211,7 @@ pub mod column {
 pub mod orbits {
     //! Orbits followed at one damping, and the naive methods whose errors are measured.
 
-    pub use slipmap_orbits::{Cycle, arc, far_loops, flow, grazing, naive};
+    pub use slipmap_orbits::{Cycle, Effort, Piece, Work, arc, far_loops, flow, grazing, naive};
 }
 
 pub mod machine {
