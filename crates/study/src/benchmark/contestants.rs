@@ -1,6 +1,6 @@
 //! The methods and engines that are compared, each at several settings of its main parameter.
 
-use slipmap_certify::{TESTS, Test, validated::Enclosed};
+use slipmap_certify::{TESTS, Test, curve};
 use slipmap_column::Verdict;
 use slipmap_column::critical::critical_dampings;
 use slipmap_model::filippov::Oscillator;
@@ -89,10 +89,12 @@ pub(super) fn closed_form(test: &Test, cell: &Cell) -> Answer {
 
 /// The middle of the proved enclosure.
 fn validated(cell: &Cell, _: f64) -> Answer {
-    let enclosed = Enclosed::of(&cell.column).map(|enclosed| enclosed.critical());
-    let known = enclosed.filter(|range| range.lo.is_finite() && range.hi.is_finite());
-    let half = |of: f64| 0.5 * of / cell.column.epsilon;
-    compare(cell.point.damping, known.map(|range| (half(range.lo + range.hi), half(range.hi - range.lo))))
+    let range = curve::prove(&cell.column).critical();
+    let is_known = range.lo.is_finite() && range.hi.is_finite();
+    compare(
+        cell.point.damping,
+        is_known.then_some((0.5 * (range.lo + range.hi), 0.5 * (range.hi - range.lo))),
+    )
 }
 
 fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
