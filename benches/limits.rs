@@ -1,9 +1,9 @@
 //! The cost of one answer, and the limits of the machine; scripts/study kernels makes a table of both.
 //!
 //! ```text
-//! limits peaks             divisions and fused multiply-adds per second of one thread
-//! limits time KERNEL N     seconds and right-hand sides for N cells, after checking the answers
-//! limits count KERNEL N    the same work once, for a program that counts instructions
+//! limits peaks                    divisions and fused multiply-adds per second of one thread
+//! limits time KERNEL N            seconds and right-hand sides for N cells, after checking the answers
+//! limits count KERNEL N PASSES    the same work PASSES times, for a program that counts instructions
 //! ```
 //! Kernels: `critical_damping`, `symmetric`, `instability`, `direct`.
 
@@ -143,15 +143,16 @@ fn check(name: &str, cells: &Cells, answers: &[f64]) {
 }
 
 fn run(arguments: &[String]) -> Result<(), String> {
-    let usage = "limits peaks | limits (time|count) KERNEL N";
+    let usage = "limits peaks | limits time KERNEL N | limits count KERNEL N PASSES";
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     // Cargo runs benches with the flag --bench.
-    let (what, name, count) = match words[..] {
+    let (passes, name, count) = match words[..] {
         ["peaks"] => {
             println!("{:e} {:e}", peak(true), peak(false));
             return Ok(());
         }
-        [what @ ("time" | "count"), name, count] => (what, name, count),
+        ["time", name, count] => (None, name, count),
+        ["count", name, count, passes] => (Some(passes.parse::<u32>().map_err(|_| usage)?), name, count),
         _ => return Err(usage.into()),
     };
     let kernel = KERNELS.iter().find(|(other, _)| *other == name).ok_or("no such kernel")?.1;
@@ -160,8 +161,10 @@ fn run(arguments: &[String]) -> Result<(), String> {
     // Tables are computed on first use, with the first cells.
     let few = cells(count.min(256));
     check(name, &few, &kernel(&few).1);
-    if what == "count" {
-        black_box(kernel(&all));
+    if let Some(passes) = passes {
+        for _ in 0..passes {
+            black_box(kernel(black_box(&all)));
+        }
         return Ok(());
     }
     let mut best = f64::INFINITY;

@@ -51,6 +51,28 @@ need_build_tools() {
     need_packages "${build_tools[@]}"
 }
 
+# build_web: the page of `slipmap explore` as WebAssembly, in gzip and base64, which builds of slipmap from here on put into the
+# program; where the compiler lacks WebAssembly they leave it out. The flags of other builds are not for it.
+build_web() {
+    local triple=wasm32-unknown-unknown library
+    library=$(rustc --print target-libdir --target "$triple" 2>/dev/null) || true
+    if [ ! -d "$library" ] && ! { command -v rustup && rustup --quiet target add "$triple"; } >&2; then
+        echo "left out: the page as a file of its own, for which the compiler needs \`rustup target add $triple\`" >&2
+        return
+    fi
+    env -u RUSTFLAGS -u RUSTC_WORKSPACE_WRAPPER -u SLIPMAP_WASM cargo build --quiet --locked --manifest-path "$root/Cargo.toml" \
+        --package slipmap-web --profile web --target "$triple"
+    SLIPMAP_WASM="$(cd "${CARGO_TARGET_DIR:-$root/target}" && pwd)/$triple/web/slipmap_web.txt"
+    export SLIPMAP_WASM
+    gzip -9n <"${SLIPMAP_WASM%.txt}.wasm" | base64 | tr -d '\n' >"$SLIPMAP_WASM.new"
+    # The same bytes are no reason to build anew.
+    if cmp -s "$SLIPMAP_WASM.new" "$SLIPMAP_WASM"; then
+        rm "$SLIPMAP_WASM.new"
+    else
+        mv "$SLIPMAP_WASM.new" "$SLIPMAP_WASM"
+    fi
+}
+
 # make_environment FOLDER REQUIREMENTS: a virtual environment with these packages; rebuilt if they change.
 # Python compiles what is imported when it is; to compile all files here would take as long as to install them.
 venv=("python3 -m venv --help && python3 -m ensurepip --version" python3-venv python3-pip)
@@ -76,6 +98,7 @@ need_python() {
 # All that tests run: the crates, their tests, and the compiled part of the Python package, for any Python. One build, since
 # cargo compiles what the parts share anew for each set of parts that is asked for.
 build_for_tests() {
+    build_web
     (cd "$root" && PYO3_NO_PYTHON=1 PYO3_BUILD_EXTENSION_MODULE=1 cargo build --locked --workspace --all-targets)
 }
 

@@ -159,9 +159,16 @@ def measured(
     forces: bool | None,
     kind: str | None,
     direction: str | None,
+    column: str | None,
 ) -> tuple[Law, bool]: ...
 def fit(
-    name: str, rows: bytes, law: str | None, forces: bool | None, kind: str | None, direction: str | None
+    name: str,
+    rows: bytes,
+    law: str | None,
+    forces: bool | None,
+    kind: str | None,
+    direction: str | None,
+    column: str | None,
 ) -> tuple[Law, str, str]: ...
 
 _Attributes = dict[str, Any]

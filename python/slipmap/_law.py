@@ -257,6 +257,7 @@ class Law:
         quantity: str | None = None,
         kind: str | None = None,
         direction: str | None = None,
+        column: str | None = None,
     ) -> Law:
         """A measured law from a file as rigs and spreadsheets write it, for a :class:`slipmap.Machine`: in SI units.
 
@@ -274,6 +275,8 @@ class Law:
             Whether the rows are a record over time, independent readings, or the law itself; left out, what the file says.
         direction : {"mean", "forward", "backward"}, optional
             Of which direction of slip friction is taken.
+        column : str, optional
+            Which columns are read, by name or number: ``"speed=NAME, friction=NAME"``, and error, time, position, normal.
 
         Raises
         ------
@@ -288,7 +291,7 @@ class Law:
         >>> round(float(slipmap.Law.from_csv(path).phi(0.1)), 12)
         0.7
         """
-        return cls._measured(*_given.file(path), static, rest, quantity, kind, direction)
+        return cls._measured(*_given.file(path), static, rest, quantity, kind, direction, column)
 
     @classmethod
     def from_dataframe(
@@ -300,6 +303,7 @@ class Law:
         quantity: str | None = None,
         kind: str | None = None,
         direction: str | None = None,
+        column: str | None = None,
     ) -> Law:
         """A measured law from the columns of a DataFrame, which :meth:`from_csv` would read from a file.
 
@@ -310,7 +314,7 @@ class Law:
         >>> round(float(slipmap.Law.from_dataframe(data).phi(0.1)), 12)
         0.7
         """
-        return cls._measured(*_given.columns(data), static, rest, quantity, kind, direction)
+        return cls._measured(*_given.columns(data), static, rest, quantity, kind, direction, column)
 
     @classmethod
     def _measured(
@@ -322,10 +326,11 @@ class Law:
         quantity: str | None,
         kind: str | None,
         direction: str | None,
+        column: str | None,
     ) -> Law:
         level = None if static is None else float(static)
         at_peak, forces = _is_at_peak(rest, static), _is_force(quantity)
-        law, forces = _core.measured(name, rows, level, at_peak, forces, kind, direction)
+        law, forces = _core.measured(name, rows, level, at_peak, forces, kind, direction, column)
         return cls(law, {}, quantity="force" if forces else "coefficient")
 
     @classmethod
@@ -339,6 +344,7 @@ class Law:
         quantity: str | None = None,
         kind: str | None = None,
         direction: str | None = None,
+        column: str | None = None,
     ) -> Fit:
         """Fits laws to measured friction, for a :class:`slipmap.Machine`, as ``slipmap fit`` does.
 
@@ -351,7 +357,7 @@ class Law:
             another unit is taken in SI units, too, with a warning.
         law : str, optional
             Which law to take in place of the best one, by its name in the table of laws.
-        quantity, kind, direction
+        quantity, kind, direction, column
             As in :meth:`from_csv`.
 
         Returns
@@ -384,7 +390,7 @@ class Law:
             source = _given.columns(pd.DataFrame({names[0]: u, names[1]: level, **errors}))
         else:
             source = _given.columns(data) if isinstance(data, pd.DataFrame) else _given.file(data)
-        core, answer, toml = _core.fit(*source, law, _is_force(quantity), kind, direction)
+        core, answer, toml = _core.fit(*source, law, _is_force(quantity), kind, direction, column)
         found = decode(Fitted, json.loads(answer))
         best = found.fit
         rows = np.linalg.cholesky(np.array(best.covariance))

@@ -8,14 +8,15 @@ use slipmap::friction::{Expression, Law as Family};
 use crate::law::{Law, level, told};
 use crate::point::json;
 
-fn read(name: &str, rows: &[u8], forces: Option<bool>, how: [Option<&str>; 2]) -> PyResult<Measured> {
+fn read(name: &str, rows: &[u8], forces: Option<bool>, how: [Option<&str>; 3]) -> PyResult<Measured> {
     let machine = Some(OfMachine { motion: None, forces });
-    let how = How { machine, ..How::named(how[0], how[1]).map_err(told)? };
+    let how = How::named(how[0], how[1], how[2]).map_err(told)?.of(machine);
     Measured::of_bytes(name, rows, how).map_err(told)
 }
 
 /// The law through the rows of a file, in SI units, and whether they are forces.
 #[pyfunction]
+#[allow(clippy::too_many_arguments)] // those of Python
 pub(crate) fn measured(
     name: &str,
     rows: &[u8],
@@ -24,9 +25,10 @@ pub(crate) fn measured(
     forces: Option<bool>,
     kind: Option<&str>,
     direction: Option<&str>,
+    column: Option<&str>,
 ) -> PyResult<(Law, bool)> {
     let level = level(static_level, at_peak)?;
-    let measured = read(name, rows, forces, [kind, direction])?;
+    let measured = read(name, rows, forces, [kind, direction, column])?;
     let law = Family::Table(measured.table(level).map_err(told)?);
     Ok((Law { law }, measured.holds_forces()))
 }
@@ -34,6 +36,7 @@ pub(crate) fn measured(
 /// The law fitted to the rows of a file, what `slipmap fit --json` prints of it, and the table `[friction]` of a
 /// configuration.
 #[pyfunction]
+#[allow(clippy::too_many_arguments)] // those of Python
 pub(crate) fn fit(
     py: Python<'_>,
     name: &str,
@@ -42,8 +45,9 @@ pub(crate) fn fit(
     forces: Option<bool>,
     kind: Option<&str>,
     direction: Option<&str>,
+    column: Option<&str>,
 ) -> PyResult<(Law, String, String)> {
-    let measured = read(name, rows, forces, [kind, direction])?;
+    let measured = read(name, rows, forces, [kind, direction, column])?;
     let law = law.map(law_of).transpose().map_err(told)?;
     let fits = py.detach(|| measured.fits(law)).map_err(told)?;
     let chosen = fits.chosen();

@@ -61,15 +61,15 @@ class Server:
     def __init__(self, program):
         command = [program, "explore", "--no-browser", "--port", "0"]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        self.port = int(self.process.stdout.readline().strip().rstrip("/").rsplit(":", 1)[1])
+        self.port, self.path = self.process.stdout.readline().strip().removeprefix("http://127.0.0.1:").split("/", 1)
 
     def ask(self, phi):
         """Status of the answer about a point of a formula; None where there is none."""
         request = {"law": {"name": "expression", "phi": phi},
                    "at": {"epsilon": 1.0, "V": 1.0, "c": 0.05}}
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        connection = http.client.HTTPConnection("127.0.0.1", int(self.port), timeout=60)
         try:
-            connection.request("POST", "/api/point", json.dumps(request), {"Content-Type": "application/json"})
+            connection.request("POST", f"/{self.path}point", json.dumps(request))
             return connection.getresponse().status
         except (OSError, http.client.HTTPException):
             return None

@@ -1,10 +1,12 @@
 """Time, right-hand sides and arithmetic per answer of each kernel, beside the machine's own limit.
 
     scripts/study kernels [--date YYYY-MM-DD]
+    scripts/study kernels --check    # counts alone: ends with 1 where one is 5 % from the newest table's
 
-Time is processor time of one thread, the least of 15
-passes over the same random cells of the box in which speeds are quoted. Instructions are counted by callgrind as the
-difference of two runs, of N and 2N cells, so that making tables does not count, and sorted by their mnemonics.
+Time is processor time of one thread, the least of 15 passes over the same random cells of the box in which speeds are
+quoted. Instructions are counted by callgrind as the difference of two runs, of one pass and of two, so that making
+cells and tables does not count, and sorted by their mnemonics. Callgrind knows vectors of four numbers (AVX2) and no
+wider ones, so that counts are those of any processor of this decade.
 
 The limit: a processor that did nothing but the kernel's vector divisions and square roots takes `division_ns`; one
 that did nothing but its vector multiplications, additions and fused multiply-adds takes `arithmetic_ns`, at the rates
@@ -58,13 +60,13 @@ def disassemble(path):
     return kinds
 
 
-def counts(path, kernel, cells):
+def counts(path, kernel, cells, passes):
     """Executions of every instruction of the program, by address as loaded."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "callgrind"
         subprocess.run(
             ["valgrind", "-q", "--tool=callgrind", "--dump-instr=yes", "--compress-pos=no", "--compress-strings=no",
-             f"--callgrind-out-file={out}", path, "count", kernel, str(cells)],
+             f"--callgrind-out-file={out}", path, "count", kernel, str(cells), str(passes)],
             check=True, stdout=subprocess.DEVNULL,
         )  # fmt: skip
         executed, mine, skip = Counter(), False, False
@@ -83,7 +85,7 @@ def counts(path, kernel, cells):
 
 def per_cell(path, kinds, kernel, cells):
     """Divisions, other arithmetic and instructions per cell."""
-    few, many = counts(path, kernel, cells), counts(path, kernel, 2 * cells)
+    few, many = counts(path, kernel, cells, 1), counts(path, kernel, cells, 2)
     # The load address of the program: the offset that makes every executed address one of the program's
     # instructions.
     lowest = min(many)
@@ -102,11 +104,28 @@ def per_cell(path, kinds, kernel, cells):
     return [total / cells for total in totals]
 
 
+def check(path):
+    """Compares instructions per cell with the newest stored table."""
+    stored = max(ROOT.glob("results/kernels-*.csv"))
+    with open(stored, newline="") as file:
+        expected = {row["kernel"]: float(row["instructions_per_cell"]) for row in csv.DictReader(file)}
+    kinds, changed = disassemble(path), False
+    for kernel, _, counted in KERNELS:
+        instructions = per_cell(path, kinds, kernel, counted)[2]
+        ratio = instructions / expected[kernel]
+        changed |= abs(ratio - 1) > 0.05
+        print(f"{kernel}: {instructions:.0f} instructions per cell, {ratio:.3f} times those of {stored.name}")
+    return 1 if changed else 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("bench")
     parser.add_argument("--date", default=datetime.date.today().isoformat())
+    parser.add_argument("--check", action="store_true", help="compare counts with the newest table, write nothing")
     options = parser.parse_args()
+    if options.check:
+        sys.exit(check(options.bench))
     kinds = disassemble(options.bench)
     out = ROOT / "results" / f"kernels-{options.date}.csv"
     rows = []

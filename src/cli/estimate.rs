@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 
-use super::output::{self, Align, Table, bytes, count, duration, number_of, object};
+use super::output::{self, Align, TextTable, bytes, count, duration, number_of, object};
 use super::preflight::{Preflight, peak, sizes};
 use super::threads::cores;
 use super::{Ended, Failure};
@@ -115,7 +115,7 @@ pub(super) fn run(
     }
     let mut out = io::stdout().lock();
     writeln!(out, "{} (dry run: nothing is written)", job.title)?;
-    let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
+    let mut table = TextTable::new(&[("", Align::Left), ("", Align::Left)]);
     let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
     line("grid", sizes(grid));
     line(

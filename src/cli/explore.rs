@@ -6,11 +6,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::report::open as open_map;
+use super::replace::Files;
+use super::report::{existing, failure, open as open_map};
 use super::{Ended, Failure, interrupt, say};
 use slipmap_config::Job;
-use slipmap_explore::{Start, serve};
+use slipmap_explore::{Engine, Start, WASM, page};
+use slipmap_files::write_file;
 use slipmap_model::friction::Law;
+use slipmap_serve::Server;
 
 /// The default port, so that links stay valid after the program has ended.
 const USUAL_PORT: u16 = 8417;
@@ -22,9 +25,11 @@ Examples:
   slipmap explore
   slipmap explore configs/brake_pad.toml
   slipmap explore results/quickstart.h5 --no-browser
+  slipmap explore configs/brake_pad.toml --out pad.html
 
-The page shows any plane of parameter space, what each method claims in it, and everything about the point under the
-mouse. Its address is printed; nobody but programs on this computer can reach it. Ctrl-C ends it.")]
+The page shows any plane of parameter space, what each method claims in it, and everything about the point under the \
+mouse. Its address is printed, with a secret in it: nobody else on this computer gets an answer. Ctrl-C ends it. The \
+page of --out needs no program: it works in any browser, without a network.")]
 pub(super) struct Arguments {
     /// A configuration or a map to begin with
     #[arg(value_name = "CONFIG.toml|MAP.h5")]
@@ -35,13 +40,22 @@ pub(super) struct Arguments {
     /// Only print the address
     #[arg(long)]
     no_browser: bool,
+    /// Write the page into a file of its own, which computes in the browser, and end
+    #[arg(long, value_name = "FILE.html", conflicts_with_all = ["port", "no_browser"])]
+    out: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[arg(long, requires = "out")]
+    overwrite: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    if let Some(out) = &arguments.out {
+        return write(out, arguments);
+    }
     let start = arguments.file.as_deref().map_or_else(|| Ok(Start::default()), start)?;
-    let listener = listen(arguments.port)?;
     let broken = |error: io::Error| Failure::Broken(format!("the page cannot be served: {error}"));
-    let address = format!("http://127.0.0.1:{}/", listener.local_addr().map_err(broken)?.port());
+    let server = Server::new(listen(arguments.port)?).map_err(broken)?;
+    let address = server.address();
     let mut out = io::stdout().lock();
     writeln!(out, "{address}")?;
     out.flush()?;
@@ -50,8 +64,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         say("note: no browser could be started; open the address yourself");
     }
     say("Ctrl-C ends the page");
-    serve(listener, start, interrupt::flag()).map_err(broken)?;
+    server.run(&start, interrupt::flag()).map_err(broken)?;
     Err(Failure::Interrupted("the page has ended".into()))
+}
+
+/// Writes the page that computes in the browser.
+fn write(out: &Path, arguments: &Arguments) -> Result<Ended, Failure> {
+    if WASM.is_empty() {
+        let problem = "--out: this program was built without its part for browsers";
+        let remedy =
+            "`rustup target add wasm32-unknown-unknown`, and build it by scripts/slipmap; or take a release";
+        return Err(Failure::bad_input(problem, remedy));
+    }
+    Files::reading(&arguments.file).writing("--out", Some(out)).check(arguments.overwrite)?;
+    let start = arguments.file.as_deref().map_or_else(|| Ok(Start::default()), start)?;
+    write_file(page(&start, Engine::Browser).as_bytes(), out, existing(arguments.overwrite))
+        .map_err(failure)?;
+    Ok(Ended::Fine)
 }
 
 fn start(file: &Path) -> Result<Start, Failure> {

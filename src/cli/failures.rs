@@ -34,8 +34,8 @@ Examples:
   slipmap failures configs/failures.toml
   slipmap failures configs/failures.toml --out results/failures
 
-The configuration is that of `slipmap run`; its methods are compared at every cell of its grid, nothing is
-stored as a map. Without --out the tables are printed as Markdown. With it, DIR/failures.md holds them,
+The configuration is that of `slipmap run`; its methods are compared at every cell of its grid, nothing is \
+stored as a map. Without --out the tables are printed as Markdown. With it, DIR/failures.md holds them, \
 DIR/methods.csv one row per method and DIR/classes.csv one row per class of failure.")]
 pub(super) struct Arguments {
     #[command(flatten)]

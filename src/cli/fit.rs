@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::output::{Align, Table, print_json};
+use super::output::{Align, TextTable, print_json};
 use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
@@ -25,9 +25,9 @@ Examples:
   slipmap fit brake.csv --out friction.toml --figure fit.pdf
   slipmap init machine && slipmap fit brake.csv --machine machine.toml --out brake.toml && slipmap machine brake.toml
 
-The laws F_k + (F_s - F_k) g(u/v_s) + B u with g exponential, gaussian, stretched (exp(-(u/v_s)^delta)), lorentzian or
-hyperbolic, and two coefficients, with and without the viscous part B and, if there are readings at rest, a drop as slip
-begins. The best law by Akaike's criterion is written as a table [friction], with --machine beside the rest of a
+The laws F_k + (F_s - F_k) g(u/v_s) + B u with g exponential, gaussian, stretched (exp(-(u/v_s)^delta)), lorentzian or \
+hyperbolic, two coefficients, and constant, with and without the viscous part B and, if there are readings at rest, a drop \
+as slip begins. The best law by Akaike's criterion is written as a table [friction], with --machine beside the rest of a \
 configuration, without its coefficients, and of forces without its normal force. Answers carry the covariance of the fit.")]
 pub(super) struct Arguments {
     /// Measured friction: slip speed and friction, perhaps their standard error or the time, with units in the header
@@ -48,6 +48,9 @@ pub(super) struct Arguments {
     /// What the friction is where the header has no unit
     #[arg(long, value_name = "coefficient|force", value_parser = ["coefficient", "force"])]
     quantity: Option<String>,
+    /// Divide the friction by this normal force, of a rotation a torque: the law has coefficients
+    #[arg(long, value_name = "\"5 kN\"")]
+    normal_force: Option<String>,
     /// Read the rows as a record over time
     #[arg(long, conflicts_with = "curve")]
     record: bool,
@@ -57,6 +60,9 @@ pub(super) struct Arguments {
     /// Of which direction of slip the friction is
     #[arg(long, value_name = "forward|backward|mean", value_parser = ["forward", "backward", "mean"])]
     direction: Option<String>,
+    /// Which columns are read, by name or number: speed=NAME,friction=NAME, and error, time, position, normal
+    #[arg(long, value_name = "speed=NAME,friction=NAME")]
+    column: Option<String>,
     /// Print JSON instead of text
     #[arg(long)]
     json: bool,
@@ -65,8 +71,8 @@ pub(super) struct Arguments {
     overwrite: bool,
 }
 
-/// Number of standard deviations by which residuals of one sign follow one another more than by chance.
-const SYSTEMATIC: f64 = -3.0;
+/// Number of standard deviations by which residuals follow smooth curves more than by chance.
+const SYSTEMATIC: f64 = 3.0;
 /// Number of points of the drawn law.
 const POINTS: usize = 400;
 
@@ -87,8 +93,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         (_, true) => Some("curve"),
         _ => None,
     };
-    let how = How { machine, ..How::named(kind, arguments.direction.as_deref()).map_err(bad)? };
-    let measured = Measured::read(&arguments.data, how).map_err(bad)?;
+    let named = How::named(kind, arguments.direction.as_deref(), arguments.column.as_deref());
+    let how = named.map_err(bad)?.of(machine);
+    let mut measured = Measured::read(&arguments.data, how).map_err(bad)?;
+    if let Some(normal_force) = &arguments.normal_force {
+        measured = measured.over(normal_force).map_err(bad)?;
+    }
     if let Some(told) = measured.told() {
         say(&format!("read: {told}"));
     }
@@ -103,7 +113,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
                     |(problem, remedy)| bad((format!("{}: {problem}", machine.display()), remedy));
                 let text = std::fs::read_to_string(machine)
                     .map_err(|why| of_machine((why.to_string(), "name a file that can be read".into())))?;
-                measured.into_configuration(chosen, &text).map_err(of_machine)?
+                let (text, left_out) = measured.into_configuration(chosen, &text).map_err(of_machine)?;
+                if !left_out.is_empty() {
+                    say(&format!("left out, since the friction is a force: {left_out}"));
+                }
+                text
             }
         };
         write_file(text.as_bytes(), path, existing).map_err(failure)?;
@@ -128,7 +142,7 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io
     let residual = format!("residual{}", bracket(unit));
     let columns =
         [("law", Align::Left), ("AICc less the best", Align::Right), (residual.as_str(), Align::Right)];
-    let mut table = Table::new(&columns);
+    let mut table = TextTable::new(&columns);
     for fit in found {
         table.row([words_of(fit.form), format!("{:.1}", fit.aicc - best), rounded(fit.residual, 3)]);
     }
@@ -144,7 +158,7 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io
     let names = chosen.form.names();
     let mut headings = vec![("", Align::Left), ("value", Align::Right)];
     headings.extend((1..names.len()).map(|i| (if i == 1 { "correlation" } else { "" }, Align::Right)));
-    let mut table = Table::new(&headings);
+    let mut table = TextTable::new(&headings);
     for (i, (name, error)) in names.iter().zip(chosen.errors()).enumerate() {
         let value = with_error(chosen.values[i], error);
         let cells = [format!("{}{}", measured.named(name), bracket(measured.unit_of(name))), value];
@@ -154,14 +168,18 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io
         table.row([format!("at rest{}", bracket(unit)), with_error(level, error)]);
     }
     table.write(&mut out)?;
+    if let Some(words) = measured.no_stick_slip(chosen) {
+        writeln!(out, "\n{words}")?;
+    }
     if let Some(reduced) = chosen.reduced {
         writeln!(out, "\nresiduals: {} times the standard errors", rounded(reduced.sqrt(), 2))?;
     }
-    if chosen.runs < SYSTEMATIC {
+    if chosen.lack > SYSTEMATIC {
+        let by = rounded(chosen.lack, 2);
         writeln!(
             out,
-            "\nThe residuals of one sign follow one another: the law does not follow the readings. Take law = \"table\", or \
-             fit the slip speeds that matter."
+            "\nThe residuals follow a smooth curve, {by} standard deviations more than by chance: the law does not follow the \
+             readings. Take law = \"table\", or fit the slip speeds that matter."
         )?;
     }
     Ok(())

@@ -8,7 +8,7 @@ use clap::Args;
 use serde_json::Value;
 
 use super::chances::notes_on_draws;
-use super::output::{Align, Table, print_json};
+use super::output::{Align, TextTable, print_json};
 use super::point::{Setting, parse_setting};
 use super::probe_machine;
 use super::replace::Files;
@@ -30,9 +30,9 @@ Examples:
   slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50 --json
   slipmap machine before.toml after.toml --out both.pdf
 
-The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it
-depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8,
-max = 2.2 } are uncertain, and so is a table of friction with standard errors: then also the probability that it may
+The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it \
+depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8, \
+max = 2.2 } are uncertain, and so is a table of friction with standard errors: then also the probability that it may \
 stick-slip, and the dampings that make it rare.")]
 pub(super) struct Arguments {
     /// The configuration, with a table [machine]; of two, both machines are on the page
@@ -174,7 +174,7 @@ fn write(out: &mut dyn Write, machines: &[Machine], pages: &[MachinePage]) -> io
                 rows[row].1.push(value.plain());
             }
         }
-        let mut table = Table::new(&vec![("", Align::Left); 1 + pages.len()]);
+        let mut table = TextTable::new(&vec![("", Align::Left); 1 + pages.len()]);
         for (name, values) in rows {
             table.row([name].into_iter().chain(values));
         }

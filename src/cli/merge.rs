@@ -18,8 +18,8 @@ Examples:
   slipmap merge configs/paper.toml
   slipmap merge configs/paper.toml --set output.path=results/paper.h5
 
-Every variable of the map equals that of one process, bit for bit. Curves, proofs and probabilities are computed here. The shards'
-journals, NAME.part.LETTERS, are kept until the map is complete, sealed and on disk; then they are removed. If
+Every variable of the map equals that of one process, bit for bit. Curves, proofs and probabilities are computed here. The shards' \
+journals, NAME.part.LETTERS, are kept until the map is complete, sealed and on disk; then they are removed. If \
 tiles are missing, the shards that have them are named, and nothing is changed. It may be repeated.")]
 pub(super) struct Arguments {
     #[command(flatten)]

@@ -46,12 +46,12 @@ pub(super) enum Align {
 
 /// A table whose columns are as wide as their widest cell.
 #[derive(Debug)]
-pub(super) struct Table {
+pub(super) struct TextTable {
     align: Vec<Align>,
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl TextTable {
     /// A table with the given columns; an empty heading everywhere means none.
     pub(super) fn new(columns: &[(&str, Align)]) -> Self {
         let headings: Vec<String> = columns.iter().map(|(heading, _)| (*heading).to_owned()).collect();
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn tables_align() {
-        let mut table = Table::new(&[("name", Align::Left), ("n", Align::Right)]);
+        let mut table = TextTable::new(&[("name", Align::Left), ("n", Align::Right)]);
         table.row(["a".into(), "10".into()]);
         table.row(["longer".into(), "1".into()]);
         let mut text = Vec::new();

@@ -31,9 +31,9 @@ Examples:
   slipmap plot results/brake_pad.h5 --x belt_speed --y damping --variable regime --curves --out brake.pdf
   slipmap plot results/brake_pad.h5 --x belt_speed --y damping --variable regime --mark measured.csv --out marked.svg
 
-Without --y, variables are drawn over one axis: numbers as curves, verdicts and regimes as rows of cells. An axis that
-is neither shown nor given with --at is held at its middle node. Axes of a machine are drawn, and held, in the units that
-the configuration has them in, such as rpm, all else in SI units. Of an axis of more than 1,000 nodes evenly many are
+Without --y, variables are drawn over one axis: numbers as curves, verdicts and regimes as rows of cells. An axis that \
+is neither shown nor given with --at is held at its middle node. Axes of a machine are drawn, and held, in the units that \
+the configuration has them in, such as rpm, all else in SI units. Of an axis of more than 1,000 nodes evenly many are \
 drawn, and it is said how many.")]
 pub(super) struct Arguments {
     /// The map

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::output::{Align, Table, short};
+use super::output::{Align, TextTable, short};
 use super::point::Setting;
 use super::{Failure, notes};
 use slipmap_column::Regime;
@@ -83,7 +83,7 @@ pub(super) fn write(
     let in_si = ["belt_speed", "damping"].iter().all(|name| written(name).is_none());
     writeln!(out, "The machine{}", if in_si { ", in SI units" } else { "" })?;
     let (units, motion) = (machine.units(), machine.motion);
-    let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
+    let mut table = TextTable::new(&[("", Align::Left), ("", Align::Left)]);
     // In the units of the file.
     let unit_of = |name: &str, dimension: Dimension| {
         written(name).unwrap_or_else(|| Shown { unit: motion.unit(dimension).into(), size: 1.0 })

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::output::{Align, Table, count, exact, short, signed};
+use super::output::{Align, TextTable, count, exact, short, signed};
 use slipmap_certify::slip_count::{SlipCount, proves_absence};
 use slipmap_column::crossing::CrossingCycles;
 use slipmap_column::limits::{HIGHEST, Limit, Unknown};
@@ -29,7 +29,7 @@ pub(super) fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::
     write_verdicts(out, answer)?;
     write_flows(out, answer, direct)?;
     writeln!(out)?;
-    let mut facts = Facts(Table::new(&[("", Align::Left), ("", Align::Left)]));
+    let mut facts = Facts(TextTable::new(&[("", Align::Left), ("", Align::Left)]));
     facts.critical(answer);
     facts.sensitivity(answer);
     facts.regime(answer);
@@ -46,7 +46,7 @@ fn write_verdicts(out: &mut dyn Write, answer: &Answer) -> io::Result<()> {
     use Align::{Left, Right};
 
     writeln!(out, "Does a stick-slip limit cycle exist?")?;
-    let mut table = Table::new(&[
+    let mut table = TextTable::new(&[
         ("method", Left),
         ("verdict", Left),
         ("margin", Right),
@@ -94,7 +94,7 @@ fn write_flows(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Resul
     use Align::{Left, Right};
 
     writeln!(out, "\nThe flow from the exit point, tolerance {}", short(answer.tolerance))?;
-    let mut table = Table::new(&[
+    let mut table = TextTable::new(&[
         ("engine", Left),
         ("fate", Left),
         ("margin m/V", Right),
@@ -114,7 +114,7 @@ fn write_flows(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Resul
 }
 
 /// Lines of a name and words.
-struct Facts(Table);
+struct Facts(TextTable);
 
 impl Facts {
     fn add(&mut self, name: &str, text: String) {

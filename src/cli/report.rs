@@ -25,7 +25,7 @@ Examples:
   slipmap report results/paper.h5 --data
   slipmap report results/paper.h5 --methods symmetric,validated --epsilon 0.1
 
-Writes report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME.svg,
+Writes report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME.svg, \
 .pdf and .png.")]
 pub(super) struct Arguments {
     /// The map

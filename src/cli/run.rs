@@ -29,11 +29,11 @@ Examples:
   slipmap run configs/paper.toml --resume
   slipmap run configs/paper.toml --shard 3/64 --time-limit 55m
 
-The configuration is explained in configs/quickstart.toml. The map appears under its name only when it is
-complete; the folders that its path names are created. Finished tiles are kept in NAME.part.LETTERS beside it
+The configuration is explained in configs/quickstart.toml. The map appears under its name only when it is \
+complete; the folders that its path names are created. Finished tiles are kept in NAME.part.LETTERS beside it \
 until then: a run that was stopped, by whatever, goes on with --resume as if nothing had happened.
 
-With --shard K/N any number of processes, on any machines that share the folder, compute a map together:
+With --shard K/N any number of processes, on any machines that share the folder, compute a map together: \
 each its part of the tiles. Shards resume by themselves. `slipmap merge` makes the map when all are done.")]
 pub(super) struct Arguments {
     #[command(flatten)]

@@ -5,7 +5,7 @@ use std::io::Write;
 use serde_json::json;
 
 use super::Failure;
-use super::output::{self, Align, Table, bytes, count, duration, exact, number_of, object, short};
+use super::output::{self, Align, TextTable, bytes, count, duration, exact, number_of, object, short};
 use slipmap_column::bifurcation::Bifurcation;
 use slipmap_column::{Verdict, left_out};
 use slipmap_config::{Job, load_machine};
@@ -126,7 +126,7 @@ fn methods(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
         columns.extend([(verdict.name(), Right), ("%", Right)]);
     }
     columns.extend([("processor s", Right), ("cells/processor s", Right)]);
-    let mut table = Table::new(&columns);
+    let mut table = TextTable::new(&columns);
     for (method, found) in job.plan.methods.iter().zip(&account.methods) {
         let mut row = vec![method.name().to_owned()];
         for verdict in shown {

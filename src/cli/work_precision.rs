@@ -23,9 +23,9 @@ Examples:
   slipmap work-precision configs/work-precision.toml
   slipmap work-precision configs/work-precision.toml --set work_precision.cells=256 --out quick
 
-Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv and .tex, the
-chart as .svg, .pdf and .png, and cells.csv, on which `scripts/study peers --cells-from cells.csv`
-measures other people's integrators. Run this command again afterwards, and they are in the chart: of the files
+Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv and .tex, the \
+chart as .svg, .pdf and .png, and cells.csv, on which `scripts/study peers --cells-from cells.csv` \
+measures other people's integrators. Run this command again afterwards, and they are in the chart: of the files \
 results/peers-*.csv the newest about the same cells, or else the newest.")]
 pub(super) struct Arguments {
     #[command(flatten)]

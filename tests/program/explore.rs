@@ -14,6 +14,8 @@ use crate::command::Scratch;
 pub struct Server {
     process: Child,
     port: u16,
+    /// The path of its page, with the secret.
+    path: String,
 }
 
 impl Server {
@@ -23,9 +25,9 @@ impl Server {
         let mut process = scratch.command(&all).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut address = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut address).unwrap();
-        let port = address.trim().trim_end_matches('/').rsplit(':').next().unwrap().parse().unwrap();
-        assert_eq!(address, format!("http://127.0.0.1:{port}/\n"));
-        Self { process, port }
+        let (port, path) = address.trim().strip_prefix("http://127.0.0.1:").unwrap().split_once('/').unwrap();
+        assert!(path.len() == 33 && path.ends_with('/'), "{address}");
+        Self { process, port: port.parse().unwrap(), path: format!("/{path}") }
     }
 
     fn connect(&self) -> TcpStream {
@@ -47,6 +49,7 @@ impl Server {
         (status, head, all.get(end + 4..).unwrap_or_default().to_vec())
     }
 
+    /// The answer to a request for a path of its host.
     fn get(&self, path: &str, headers: &str) -> (u16, String, Vec<u8>) {
         let host = format!("Host: 127.0.0.1:{}\r\n", self.port);
         let host = if headers.contains("Host:") { "" } else { &host };
@@ -56,8 +59,8 @@ impl Server {
     /// A request that posts `body`.
     fn request(&self, path: &str, body: &[u8]) -> Vec<u8> {
         let mut request = format!(
-            "POST {path} HTTP/1.1\r\nHost: localhost:{}\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\
-             Connection: close\r\n\r\n",
+            "POST {}{path} HTTP/1.1\r\nHost: localhost:{}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n",
+            self.path,
             self.port,
             body.len()
         )
@@ -85,11 +88,18 @@ impl Server {
 
     /// The head and the cells of a picture.
     fn picture(&self, asked: &Value) -> (Value, Vec<u8>) {
-        let (status, mut bytes) = self.post("/api/plane", asked.to_string().as_bytes());
+        let (status, mut bytes) = self.post("plane", asked.to_string().as_bytes());
         assert_eq!(status, 200, "{asked} {}", String::from_utf8_lossy(&bytes));
         let end = bytes.iter().position(|&byte| byte == b'\n').unwrap();
         let cells = bytes.split_off(end + 1);
         (serde_json::from_slice(&bytes).unwrap(), cells)
+    }
+
+    /// What its page begins with.
+    fn begin(&self) -> Value {
+        let page = String::from_utf8(self.get(&self.path, "").2).unwrap();
+        let (_, begin) = page.split_once("id=\"begin\">").unwrap();
+        serde_json::from_str(begin.split_once("</script>").unwrap().0).unwrap()
     }
 
     /// Bytes of memory that the process holds.
@@ -125,14 +135,14 @@ fn plane() -> Value {
 fn a_point_is_answered_as_by_probe() {
     let scratch = Scratch::new();
     let server = Server::start(&scratch, &[]);
-    let answer = server.answer("/api/point", &place());
+    let answer = server.answer("point", &place());
     let probe = scratch.run(&[&crate::command::PROBE[..], &["--json"]].concat()).ends_with(0);
     let probe: Value = serde_json::from_str(&probe.out).unwrap();
     assert_eq!(answer, probe);
     for figure in ["orbit", "friction", "backbone"] {
         let mut asked = place();
         asked["figure"] = figure.into();
-        let drawn = server.answer("/api/figure", &asked);
+        let drawn = server.answer("figure", &asked);
         roxmltree::Document::parse(drawn["svg"].as_str().unwrap()).unwrap();
     }
 }
@@ -176,7 +186,7 @@ fn pictures_hold_the_cells_of_the_map() {
     let (one, other) = (compared("perturbation:simulation"), compared("simulation:perturbation"));
     assert!(one.contains(&2) && !one.contains(&3));
     assert!(one.iter().zip(&other).all(|(a, b)| [(0, 0), (1, 1), (2, 3), (4, 4)].contains(&(*a, *b))));
-    let found = server.answer("/api/curves", &plane());
+    let found = server.answer("curves", &plane());
     let names: Vec<&str> =
         found["curves"].as_array().unwrap().iter().filter_map(|curve| curve["name"].as_str()).collect();
     assert!(names.contains(&"hopf") && names.contains(&"grazing_sliding"), "{names:?}");
@@ -198,8 +208,7 @@ fn a_configuration_or_a_map_is_where_the_page_begins() {
     scratch.run(&["run", "small.toml", "--quiet"]).ends_with(0);
     for file in ["small.toml", "small.h5"] {
         let server = Server::start(&scratch, &[file]);
-        let (_, _, body) = server.get("/api/start", "");
-        let start: Value = serde_json::from_slice(&body).unwrap();
+        let start = server.begin()["start"].clone();
         assert_eq!(start["law"]["name"], "lorentzian");
         assert_eq!(
             start["axes"][2],
@@ -221,10 +230,9 @@ fn a_machine_of_forces_is_where_the_page_begins() {
         let file = format!("{name}.toml");
         scratch.file(&file, format!("[friction]\n{friction}\n{machine}"));
         let server = Server::start(&scratch, &[&file]);
-        let (_, _, body) = server.get("/api/start", "");
-        let start: Value = serde_json::from_slice(&body).unwrap();
+        let start = server.begin()["start"].clone();
         let asked = json!({ "law": start["law"], "at": start["at"], "motion": start["motion"] });
-        let point = server.answer("/api/point", &asked);
+        let point = server.answer("point", &asked);
         let told = scratch.json(&format!("probe --machine {file}"));
         let [found, expected] =
             [&point["machine"]["critical_damping"], &told["machine"]["critical_damping"]].map(Value::as_f64);
@@ -289,7 +297,7 @@ fn a_machine_leaves_the_page_as_it_came() {
         };
         let expected = probe(name);
         let server = Server::start(&scratch, &[name]);
-        let start: Value = serde_json::from_slice(&server.get("/api/start", "").2).unwrap();
+        let start = server.begin()["start"].clone();
         let mut asked = json!({
             "law": start["law"], "motion": start["motion"], "units": start["units"], "spread": start["spread"],
             "title": start["title"], "at": {}, "show": "regime",
@@ -303,15 +311,15 @@ fn a_machine_leaves_the_page_as_it_came() {
                 size.map_or(value.clone(), |size| (value.as_f64().unwrap() * size).into());
         }
         asked["at"]["belt_speed"] = 0.15.into();
-        server.answer("/api/law", &{
+        server.answer("law", &{
             let mut law = start["law"].clone();
             law["motion"] = start["motion"].clone();
             law
         });
-        let mut found = server.answer("/api/point", &asked);
+        let mut found = server.answer("point", &asked);
         found["machine"].as_object_mut().unwrap().remove("sensitivities");
         assert_eq!(found, expected, "{name}");
-        let texts = server.answer("/api/texts", &asked);
+        let texts = server.answer("texts", &asked);
         let toml = texts["toml"].as_str().unwrap();
         assert!(
             toml.contains(&format!("title = \"Pad {name}\"")) && toml.contains("mass = \"2.0 t\""),
@@ -322,52 +330,39 @@ fn a_machine_leaves_the_page_as_it_came() {
     }
 }
 
+/// Other users and other pages reach the port, but do not know the secret.
 #[test]
-fn only_the_page_itself_may_ask() {
+fn only_who_knows_the_secret_may_ask() {
     let scratch = Scratch::new();
     let server = Server::start(&scratch, &[]);
-    let (status, head, body) = server.get("/", "");
+    let (status, head, body) = server.get(&server.path, "");
     assert_eq!(status, 200, "{head}");
-    let text = String::from_utf8(body).unwrap();
-    assert!(text.contains("/assets/main.js"));
-    assert!(head.contains("content-security-policy: default-src 'none'; script-src 'self'"), "{head}");
-    for header in
-        ["x-content-type-options: nosniff", "referrer-policy: no-referrer", "frame-ancestors 'none'"]
+    for header in ["x-content-type-options: nosniff", "referrer-policy: no-referrer", "x-frame-options: DENY"]
     {
         assert!(head.contains(header), "no {header} in\n{head}");
     }
-    let port = server.port;
-    for refused in [
-        "Host: example.com\r\n".to_owned(),
-        format!("Host: evil.example:{port}\r\n"),
-        "Host: 127.0.0.1\r\n".to_owned(),
-        "Origin: http://example.com\r\n".to_owned(),
-        "Origin: null\r\n".to_owned(),
-        format!("Origin: http://127.0.0.1:{}\r\n", port ^ 1),
-        format!("Origin: https://127.0.0.1:{port}\r\n"),
-    ] {
-        for path in ["/", "/assets/main.js", "/api/catalogue", "/api/start"] {
-            let (status, head, _) = server.get(path, &refused);
-            assert_eq!(status, 403, "{path} {refused}");
+    let text = String::from_utf8(body).unwrap();
+    assert!(text.contains("default-src 'none'") && text.contains("connect-src 'self'"));
+    let other = Server::start(&scratch, &[]);
+    assert_ne!(server.path, other.path);
+    let asked = place().to_string();
+    for path in
+        ["/", "/point", "//point", "/../point", "/etc/passwd", &other.path, &format!("{}point", other.path)]
+    {
+        for method in ["GET", "POST"] {
+            let length = asked.len();
+            let request = format!(
+                "{method} {path} HTTP/1.1\r\nHost: a\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{asked}"
+            );
+            let (status, head, body) = server.send(request.as_bytes());
+            assert!(status == 404 && body.is_empty(), "{path} {head}");
             assert!(!head.to_lowercase().contains("access-control"), "{head}");
         }
     }
-    assert_eq!(server.get("/api/start", &format!("Origin: http://localhost:{port}\r\n")).0, 200);
-    // No file of the computer is served, by any name.
-    for path in [
-        "/assets/../../../../etc/passwd",
-        "/assets/%2e%2e%2fetc%2fpasswd",
-        "/assets//etc/passwd",
-        "/etc/passwd",
-        "/api/none",
-    ] {
-        let (status, _, body) = server.get(path, "");
-        assert!((400..500).contains(&status), "{path} {status}");
-        assert!(!String::from_utf8_lossy(&body).contains("root:"));
-    }
-    // A form of another page cannot declare JSON.
-    let posted = String::from_utf8(server.request("/api/point", place().to_string().as_bytes())).unwrap();
-    assert_eq!(server.send(posted.replace("application/json", "text/plain").as_bytes()).0, 400);
+    // By any name of the host, and whatever the port: links of the standard port have none.
+    assert_eq!(server.get(&server.path, "Host: localhost\r\n").0, 200);
+    let within = |path: &str| server.get(&format!("{}{path}", server.path), "").0;
+    assert_eq!((within("point"), within("../etc/passwd"), within("etc/passwd")), (405, 405, 405));
 }
 
 #[test]
@@ -403,22 +398,22 @@ fn bad_requests_are_refused_in_words() {
         ("/law/static", json!(0.5), "friction at rest is 1 already"),
         ("/law/rows", json!([[0, 1]]), "has no rows"),
     ] {
-        refused("/api/plane", with(pointer, value), words);
+        refused("plane", with(pointer, value), words);
     }
     let mut both = with("/x/points", json!(4096));
     both["y"]["points"] = json!(4096);
-    refused("/api/plane", both, "too many cells");
+    refused("plane", both, "too many cells");
     let mut logarithmic = with("/x/log", json!(true));
     logarithmic["x"]["from"] = json!(0.0);
-    refused("/api/plane", logarithmic, "logarithmic axis");
+    refused("plane", logarithmic, "logarithmic axis");
     let formula = |phi: String| json!({ "name": "expression", "phi": phi });
-    let (status, answer) = server.ask("/api/law", &formula("1 - 0.5*u + ".into()));
+    let (status, answer) = server.ask("law", &formula("1 - 0.5*u + ".into()));
     assert_eq!((status, answer["place"].is_array()), (422, true), "{answer}");
-    refused("/api/law", formula("(".repeat(4000)), "");
-    refused("/api/law", formula(format!("1{}", " + u".repeat(1000))), "operations");
-    refused("/api/law", formula("1+".repeat(3000)), "4096 characters");
-    refused("/api/law", json!({ "name": "table", "table": "0,1\n1,2\n2,x\n", "file": "a.csv" }), "a.csv:3");
-    refused("/api/law", json!({ "name": "table", "table": "" }), "no row has two numbers");
+    refused("law", formula("(".repeat(4000)), "");
+    refused("law", formula(format!("1{}", " + u".repeat(1000))), "operations");
+    refused("law", formula("1+".repeat(3000)), "4096 characters");
+    refused("law", json!({ "name": "table", "table": "0,1\n1,2\n2,x\n", "file": "a.csv" }), "a.csv:3");
+    refused("law", json!({ "name": "table", "table": "" }), "no row has two numbers");
     for (body, status) in [
         (&b"{"[..], 400),
         (b"[]", 400),
@@ -426,11 +421,11 @@ fn bad_requests_are_refused_in_words() {
         (b"{\"at\": {\"V\": NaN}}", 400),
         (b"{\"at\": {\"V\": 1e999}}", 400),
     ] {
-        assert_eq!(server.post("/api/plane", body).0, status);
+        assert_eq!(server.post("plane", body).0, status);
     }
-    assert_eq!(server.post("/api/plane", "[".repeat(500_000).as_bytes()).0, 400);
-    assert_eq!(server.post("/api/plane", &vec![b' '; 2 << 20]).0, 413);
-    assert_eq!(server.ask("/api/point", &place()).0, 200);
+    assert_eq!(server.post("plane", "[".repeat(500_000).as_bytes()).0, 400);
+    assert_eq!(server.post("plane", &vec![b' '; 2 << 20]).0, 413);
+    assert_eq!(server.ask("point", &place()).0, 200);
 }
 
 /// Work whose connection is closed stops: else the next picture would wait for both, longer than its time limit.
@@ -443,7 +438,7 @@ fn work_that_nobody_waits_for_is_stopped() {
     slow["x"] = json!({ "axis": "gamma", "from": 0.0, "to": 8.0, "points": 1024 });
     slow["y"] = json!({ "axis": "V", "from": 0.0, "to": 4.0, "points": 512 });
     slow["show"] = "cycle_amplitude_x1".into();
-    let request = server.request("/api/plane", slow.to_string().as_bytes());
+    let request = server.request("plane", slow.to_string().as_bytes());
     let mut given_up: Vec<TcpStream> = (0..2).map(|_| server.connect()).collect();
     for stream in &mut given_up {
         stream.write_all(&request).unwrap();
@@ -454,7 +449,7 @@ fn work_that_nobody_waits_for_is_stopped() {
     let mut next = slow;
     next["x"]["points"] = 256.into();
     next["y"]["points"] = 128.into();
-    assert_eq!(server.ask("/api/plane", &next).0, 200);
+    assert_eq!(server.ask("plane", &next).0, 200);
 }
 
 /// Hundreds of requests of every kind, silent connections, and bodies that never end.
@@ -463,11 +458,11 @@ fn work_that_nobody_waits_for_is_stopped() {
 fn the_server_outlives_everything() {
     let scratch = Scratch::new();
     let server = Server::start(&scratch, &[]);
-    assert_eq!(server.ask("/api/point", &place()).0, 200);
+    assert_eq!(server.ask("point", &place()).0, 200);
     let before = server.memory();
     let idle: Vec<TcpStream> = (0..100).map(|_| server.connect()).collect();
     let mut half_said: Vec<TcpStream> = (0..100).map(|_| server.connect()).collect();
-    let request = server.request("/api/plane", b"{        ");
+    let request = server.request("plane", b"{        ");
     for stream in &mut half_said {
         stream.write_all(&request[..request.len() - 1]).unwrap();
     }
@@ -497,7 +492,7 @@ fn the_server_outlives_everything() {
         }
         let text = asked.to_string();
         let cut = if next() % 8 == 0 { text.len() / 2 } else { text.len() };
-        let path = ["/api/plane", "/api/law", "/api/glance", "/nowhere"][next() as usize % 4];
+        let path = ["plane", "law", "glance", "nowhere"][next() as usize % 4];
         let (status, answer) = server.post(path, &text.as_bytes()[..cut]);
         assert!(
             status == 200 || (400..500).contains(&status) || status == 503,
@@ -506,7 +501,7 @@ fn the_server_outlives_everything() {
         );
     }
     drop((idle, half_said));
-    assert_eq!(server.ask("/api/point", &place()).0, 200);
+    assert_eq!(server.ask("point", &place()).0, 200);
     let grown = server.memory().saturating_sub(before);
     assert!(grown < 200 << 20, "{} MiB more", grown >> 20);
 }
@@ -521,7 +516,7 @@ fn ctrl_c_ends_it_in_time() {
     slow["y"] = json!({ "axis": "V", "from": 0.0, "to": 4.0, "points": 512 });
     slow["show"] = "cycle_amplitude_x1".into();
     let mut asking = server.connect();
-    asking.write_all(&server.request("/api/plane", slow.to_string().as_bytes())).unwrap();
+    asking.write_all(&server.request("plane", slow.to_string().as_bytes())).unwrap();
     std::thread::sleep(Duration::from_millis(300));
     Command::new("kill").args(["-INT", &server.process.id().to_string()]).status().unwrap();
     assert_eq!(server.process.wait().unwrap().code(), Some(130));
@@ -529,7 +524,7 @@ fn ctrl_c_ends_it_in_time() {
 
 /// Runs the exported configuration and commands.
 fn follow_the_export(server: &Server, scratch: &Scratch, asked: &Value) {
-    let texts = server.answer("/api/texts", asked);
+    let texts = server.answer("texts", asked);
     scratch.file("plane.toml", texts["toml"].as_str().unwrap());
     if let Some(table) = texts["table"].as_str() {
         scratch.file("friction.csv", table);
@@ -558,7 +553,7 @@ fn assert_map_is_the_picture(server: &Server, scratch: &Scratch, asked: &Value) 
 fn the_plane_leaves_as_a_configuration_with_the_commands_of_its_map_and_figures() {
     let scratch = Scratch::new();
     let server = Server::start(&scratch, &[]);
-    let texts = server.answer("/api/texts", &plane());
+    let texts = server.answer("texts", &plane());
     // The exported command of the point is the one in the README.
     let command = texts["command"].as_str().unwrap();
     assert_eq!(command, format!("slipmap {}", crate::command::PROBE.join(" ")));
@@ -635,7 +630,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
             let name = asked[side]["axis"].as_str().unwrap();
             alone["at"][name] = (share(i) * asked[side]["to"].as_f64().unwrap()).into();
         }
-        let point = server.answer("/api/point", &alone);
+        let point = server.answer("point", &alone);
         let expected = point["machine"]["critical_damping"].as_f64().unwrap();
         assert!(head["label"].as_str().unwrap().ends_with(", N s/m"), "{head}");
         assert!((f64::from(found) / expected - 1.0).abs() < 1e-6, "{x} {y}: {found} {expected}");
@@ -644,7 +639,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
         if ![("mass", "damping"), ("belt_speed", "kinetic_friction")].contains(&(x, y)) {
             continue;
         }
-        let curves = server.answer("/api/curves", &asked);
+        let curves = server.answer("curves", &asked);
         // Every plane has curves; on the grazing curve the damping is the critical one of that machine.
         let curves = curves["curves"].as_array().unwrap();
         assert!(!curves.is_empty(), "{x} {y}");
@@ -655,7 +650,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
             let middle = &points[points.len() / 2];
             let mut there = asked.clone();
             (there["at"][x], there["at"][y]) = (middle[0].clone(), middle[1].clone());
-            let found = &server.ask("/api/point", &there).1["machine"]["critical_damping"];
+            let found = &server.ask("point", &there).1["machine"]["critical_damping"];
             let (found, damping) = (found.as_f64().unwrap(), there["at"]["damping"].as_f64().unwrap());
             assert!((found / damping - 1.0).abs() < 1e-5, "{x} {y}: {found} {damping}");
         }
@@ -677,13 +672,13 @@ fn any_quantity_of_a_machine_is_an_axis() {
         assert_map_is_the_picture(&server, &scratch, &asked);
     }
     let (status, answer) =
-        server.ask("/api/law", &json!({ "name": "expression", "phi": "mass*exp(-u)", "motion": "rotation" }));
+        server.ask("law", &json!({ "name": "expression", "phi": "mass*exp(-u)", "motion": "rotation" }));
     assert!(status == 422 && answer["place"] == json!([0, 4]), "{answer}");
     // The start of the page with such a machine, and its dimensionless law.
     scratch.file("mu.toml", "[friction]\nlaw = \"expression\"\nphi = \"0.2 + a*exp(-u/0.1)\"\n[machine]\nmass = 1.0\n\
         stiffness = 100.0\ndamping = { from = 0.0, to = 2.0, points = 3 }\nnormal_force = 10.0\na = 0.2\nbelt_speed = [0.1, 0.3]\n");
     let server = Server::start(&scratch, &["mu.toml"]);
-    let start: Value = serde_json::from_slice(&server.get("/api/start", "").2).unwrap();
+    let start = server.begin()["start"].clone();
     assert_eq!(
         (&start["motion"], &start["law"]["phi"]),
         (&json!("translation"), &json!("0.2 + a*exp(-u/0.1)"))
@@ -700,7 +695,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
     let text = scratch.read("mu.toml").replace("{ from = 0.0, to = 2.0, points = 3 }", "0.1");
     scratch.file("one.toml", text.replace("[0.1, 0.3]", "0.05"));
     let one = Server::start(&scratch, &["one.toml"]);
-    let at_one: Value = serde_json::from_slice(&one.get("/api/start", "").2).unwrap();
+    let at_one = one.begin()["start"].clone();
     let probed = scratch.run(&["probe", "--machine", "one.toml", "--json"]).ends_with(0).out;
     let critical =
         serde_json::from_str::<Value>(&probed).unwrap()["machine"]["critical_damping"].as_f64().unwrap();
@@ -709,9 +704,9 @@ fn any_quantity_of_a_machine_is_an_axis() {
         at_one["pinned"] == true && critical > 0.1 && (most / (1.2 * critical) - 1.0).abs() < 1e-4,
         "{most}"
     );
-    assert!(String::from_utf8(one.get("/", "").2).unwrap().contains("id=\"answer\""));
+    assert!(String::from_utf8(one.get(&one.path, "").2).unwrap().contains("id=\"answer\""));
     let place = json!({ "law": start["law"], "motion": "translation", "at": start["at"] });
-    let plain = server.answer("/api/dimensionless", &place);
+    let plain = server.answer("dimensionless", &place);
     assert!((plain["at"]["V"].as_f64().unwrap() - 0.1 / 0.4).abs() < 1e-12, "{plain}");
 }
 
@@ -729,7 +724,7 @@ fn formulas_that_cancel_are_refused_and_the_server_goes_on() {
             "law": { "name": "expression", "phi": phi },
             "at": { "epsilon": 1.0, "V": 1.0, "c": 0.05 }
         });
-        for path in ["/api/point", "/api/glance", "/api/figure"] {
+        for path in ["point", "glance", "figure"] {
             asked["figure"] = "backbone".into();
             let (status, answer) = server.ask(path, &asked);
             assert!(
@@ -740,8 +735,8 @@ fn formulas_that_cancel_are_refused_and_the_server_goes_on() {
         asked["x"] = json!({ "axis": "V", "from": 0.5, "to": 1.5, "points": 4 });
         asked["y"] = json!({ "axis": "c", "from": 0.0, "to": 1.0, "points": 4 });
         asked["show"] = "regime".into();
-        let (status, _) = server.post("/api/plane", asked.to_string().as_bytes());
+        let (status, _) = server.post("plane", asked.to_string().as_bytes());
         assert!(status == 200 || status == 422, "{phi}: {status}");
     }
-    assert_eq!(server.get("/api/catalogue", "").0, 200);
+    assert_eq!(server.ask("point", &place()).0, 200);
 }

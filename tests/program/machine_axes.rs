@@ -294,7 +294,10 @@ fn the_file_has_its_axes_in_si_units() {
     has("law", "friction at rest,μ(0),0.4,1\n");
     has("law", "\"drop, the difference of these\",,0,1\n");
     has("axes", "mass,mass,1,2.0,2.0,kg,one value\n");
-    has("volume", "method,share,share_error_in_c,share_error,percent_of_simulation");
+    has(
+        "volume",
+        "method,percent_of_box,percent_of_box_error_in_c,percent_of_box_error,percent_of_simulation",
+    );
     assert!(
         scratch.read("report/report.tex").contains(
             r"\mu(u) = \mu_{k} + \left(\mu_{s} - \mu_{k}\right)\, \exp\left(\frac{-u}{v_{s}}\right)"

@@ -200,7 +200,7 @@ impl Case {
         };
         let at: serde_json::Map<String, Value> =
             point.iter().map(|(name, value)| ((*name).into(), json!(value))).collect();
-        found.push(("explorer", of_probe(&server.answer("/api/point", &json!({ "law": law, "at": at })))));
+        found.push(("explorer", of_probe(&server.answer("point", &json!({ "law": law, "at": at })))));
         found
     }
 }

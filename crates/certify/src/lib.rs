@@ -210,6 +210,14 @@ named! {
     }
 }
 
+impl Guarantee {
+    /// Whether claims are theorems at every eps.
+    #[must_use]
+    pub fn is_rigorous(self) -> bool {
+        matches!(self, Guarantee::FiniteEpsilon | Guarantee::Validated)
+    }
+}
+
 /// Columns with the claims of [`symmetric`], which several methods use; each is computed once.
 pub struct Columns<'a> {
     columns: &'a [Column],

@@ -13,6 +13,7 @@
 //! longest step times the largest turn, 6e-4.
 
 use rayon::prelude::*;
+use slipmap_numbers::TimesPlus as _;
 
 /// Number of steps of the grid of signs along each side.
 pub(crate) const STEPS: usize = 40;
@@ -172,7 +173,7 @@ fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
 }
 
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0].mul_add(b[0], a[1] * b[1])
+    a[0].times_plus(b[0], a[1] * b[1])
 }
 
 /// The normal to the left of a direction.
@@ -215,7 +216,7 @@ struct Line<'a> {
 
 impl Line<'_> {
     fn place(&self, s: f64) -> [f64; 2] {
-        [self.along[0].mul_add(s, self.from[0]), self.along[1].mul_add(s, self.from[1])]
+        [self.along[0].times_plus(s, self.from[0]), self.along[1].times_plus(s, self.from[1])]
     }
 
     /// The value at `s`; `None` outside the square, beyond the reach, and where the function is undefined.
@@ -296,7 +297,7 @@ fn follow(
             points.push(start);
             return (points, true);
         }
-        let predicted = [direction[0].mul_add(h, here[0]), direction[1].mul_add(h, here[1])];
+        let predicted = [direction[0].times_plus(h, here[0]), direction[1].times_plus(h, here[1])];
         // A curve that hugs the border ends where it meets it, not where rounding leaves the square.
         let from = predicted.map(|x| x.clamp(0.0, 1.0));
         let [off_x, off_y] = minus(predicted, from);
@@ -354,7 +355,7 @@ fn on_border(
         (axis, border, away)
     });
     let (axis, border, away) = if sides[0].2 <= sides[1].2 { sides[0] } else { sides[1] };
-    let mut from = [direction[0].mul_add(away, here[0]), direction[1].mul_add(away, here[1])];
+    let mut from = [direction[0].times_plus(away, here[0]), direction[1].times_plus(away, here[1])];
     from[axis] = border;
     from[1 - axis] = from[1 - axis].clamp(0.0, 1.0);
     if away == 0.0 {
@@ -388,7 +389,7 @@ mod tests {
 
     #[test]
     fn a_circle_closes() {
-        let circle = exact(|x, y| (x - 0.45).mul_add(x - 0.45, (y - 0.52) * (y - 0.52)) - 0.09);
+        let circle = exact(|x, y| (x - 0.45).times_plus(x - 0.45, (y - 0.52) * (y - 0.52)) - 0.09);
         let (curves, is_cut) = zero_curves(&circle, &|| false);
         assert!(!is_cut);
         // A budget that is spent ends the search.

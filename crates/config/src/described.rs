@@ -96,6 +96,9 @@ pub struct LawText {
     /// Of which direction of slip, one of the names of [`super::Direction`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub direction: Option<String>,
+    /// Which columns of the file are read: `speed=NAME, friction=NAME`, and `error`, `time`, `position`, `normal`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
     /// `force` or `coefficient`: the friction of a machine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quantity: Option<String>,
@@ -299,9 +302,17 @@ impl LawText {
             About::Oscillator => None,
             About::Machine(motion) => Some(OfMachine { motion: Some(motion), forces }),
         };
-        let how = How::named(self.kind.as_deref(), self.direction.as_deref());
-        let how = how.map_err(|(problem, remedy)| Wrong::new("kind", problem, remedy))?;
-        let table = measured(How { machine, ..how }).and_then(|measured| measured.table(level));
+        let [kind, direction, column] = [&self.kind, &self.direction, &self.column].map(Option::as_deref);
+        let how = How::named(kind, direction, column);
+        let how = how.map_err(|(problem, remedy)| {
+            let key = match () {
+                () if How::named(kind, None, None).is_err() => "kind",
+                () if How::named(None, direction, None).is_err() => "direction",
+                () => "column",
+            };
+            Wrong::new(key, problem, remedy)
+        })?;
+        let table = measured(how.of(machine)).and_then(|measured| measured.table(level));
         table.map_err(|(problem, remedy)| Wrong::new("file", problem, remedy))
     }
 
@@ -372,6 +383,7 @@ impl LawText {
             ("source", self.source.is_some(), "table"),
             ("kind", self.kind.is_some(), "table"),
             ("direction", self.direction.is_some(), "table"),
+            ("column", self.column.is_some(), "table"),
         ] {
             if is_there && name != of {
                 let problem = format!("the law `{name}` has no {key}");

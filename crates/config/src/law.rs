@@ -10,7 +10,7 @@ use slipmap_machine::Friction;
 use slipmap_map::{AxisRole, Grid, unravel};
 use slipmap_model::friction::{Expression, ExpressionError, Law};
 
-pub(super) const KEYS: [&str; 12] = [
+pub(super) const KEYS: [&str; 13] = [
     "law",
     "phi",
     "static",
@@ -21,6 +21,7 @@ pub(super) const KEYS: [&str; 12] = [
     "quantity",
     "kind",
     "direction",
+    "column",
     "small",
     fitted::KEY,
 ];
@@ -76,6 +77,7 @@ fn text_of(section: &Section, axes: &Section, about: About) -> Result<LawText, C
         quantity: text("quantity")?,
         kind: text("kind")?,
         direction: text("direction")?,
+        column: text("column")?,
         small,
         fit: fitted::values(section),
         axes: optional.iter().filter(is_given).map(|name| (*name).to_owned()).collect(),

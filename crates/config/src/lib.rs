@@ -31,7 +31,7 @@ pub use measured::{
 pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;
 pub use source::decimal_comma;
-use source::{Node, Section, Source};
+use source::{ConfigFile, Node, Section};
 pub use units::{conversion, has_unit, head_of, number_in};
 pub use written::{nodes, quoted};
 
@@ -93,7 +93,7 @@ impl Job {
     /// # Errors
     /// The first error, with its place, its value and a remedy.
     pub fn load(file: &Path, sets: &[String]) -> Result<Job, ConfigError> {
-        let source = Source::load(file, sets)?;
+        let source = ConfigFile::load(file, sets)?;
         let root = source.root();
         // Before the friction, which is read otherwise for a machine.
         refuse_unknown_sections(&root)?;

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::path::Path;
 
 use super::described::{About, Fit, Wrong};
-use super::source::{ConfigError, Node, Section, Shape, Source};
+use super::source::{ConfigError, ConfigFile, Node, Section, Shape};
 use super::units::{Match, compare, conversion, converted, meant, with_unit};
 use super::{axis, choice, fitted, law, nearest, refuse_unknown_keys};
 use slipmap_machine::risk::{Spread, Uncertain};
@@ -14,7 +14,7 @@ use slipmap_machine::{
     MASS, Machine, Motion, NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
 };
 use slipmap_map::{Grid, Shown};
-use slipmap_model::friction::{Expression, ExpressionError, Law, Source as Known, Table};
+use slipmap_model::friction::{Expression, ExpressionError, Law, Source, Table};
 
 /// A machine, of which any quantities may vary.
 #[derive(Clone, Debug, PartialEq)]
@@ -197,7 +197,7 @@ fn normal(table: &Section, read: axis::Number) -> Result<Option<Spread>, ConfigE
 /// # Errors
 /// The first error, with its place, its value and a remedy.
 pub fn load_machine<V: Debug>(file: &Path, values: &[(String, V)]) -> Result<MachineJob, ConfigError> {
-    let written = Source::load(file, &[])?;
+    let written = ConfigFile::load(file, &[])?;
     let written = written.root().section("machine")?;
     let sd_of = |name: &str| match written.get(name)?.shape() {
         Shape::Table(table) => {
@@ -220,7 +220,7 @@ pub fn load_machine<V: Debug>(file: &Path, values: &[(String, V)]) -> Result<Mac
             None => format!("machine.{name}={value:?}"),
         }
     };
-    let source = Source::load(file, &values.iter().map(set).collect::<Vec<_>>())?;
+    let source = ConfigFile::load(file, &values.iter().map(set).collect::<Vec<_>>())?;
     let root = source.root();
     super::refuse_unknown_sections(&root)?;
     let section = root.section("machine")?;
@@ -293,7 +293,10 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             (Some(node), _) => values.push((name, reader.number_that(&node, key, name)?)),
             (None, Some(&(_, value, spread))) => {
                 values.push((name, value));
-                reader.uncertain.push((name, spread));
+                // Of exact readings a parameter has no error.
+                if !matches!(spread, Spread::Joint { row } if row.iter().all(|part| *part == 0.0)) {
+                    reader.uncertain.push((name, spread));
+                }
             }
             (None, None) => {}
         }
@@ -479,7 +482,7 @@ pub fn machine_of(
         Law::Table(table) => {
             check_reach(table, fastest, motion)?;
             let unit = Some(NORMAL_FORCE).filter(|_| table.source().forces).and_then(&value);
-            let source = Known { forces: table.source().forces && unit.is_none(), ..table.source().clone() };
+            let source = Source { forces: table.source().forces && unit.is_none(), ..table.source().clone() };
             let table = table.in_units(1.0, unit.unwrap_or(1.0));
             let table = table.map_err(|error| Wrong::new("file", error.problem, error.remedy))?;
             let table = Law::Table(table.with_source(source));

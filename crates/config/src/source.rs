@@ -48,14 +48,14 @@ enum Step {
 
 /// A configuration file with its overrides applied.
 #[derive(Debug)]
-pub(super) struct Source {
+pub(super) struct ConfigFile {
     pub(super) file: PathBuf,
     original: Document<String>,
     effective: DocumentMut,
     overrides: Vec<Override>,
 }
 
-impl Source {
+impl ConfigFile {
     /// Reads `file` and applies the overrides in turn, each `key.path=value`; refuses one that an earlier one would be
     /// lost by.
     pub(super) fn load(file: &Path, sets: &[String]) -> Result<Self, ConfigError> {
@@ -169,7 +169,7 @@ impl Source {
 
 /// A table of the configuration, or one left out.
 pub(super) struct Section<'a> {
-    source: &'a Source,
+    source: &'a ConfigFile,
     path: Vec<Step>,
     table: Option<&'a dyn TableLike>,
 }
@@ -254,7 +254,7 @@ impl<'a> Section<'a> {
 
 /// One value of the configuration.
 pub(super) struct Node<'a> {
-    source: &'a Source,
+    source: &'a ConfigFile,
     path: Vec<Step>,
     item: &'a Item,
 }

@@ -35,7 +35,11 @@ const NAMED: [(&[&str], f64, Exponents); 29] = [
     (&["min", "minute", "minutes"], 60.0, [0, 0, 1, 0]),
     (&["h", "hr", "hour", "hours"], 3600.0, [0, 0, 1, 0]),
     (&["deg", "°", "degree", "degrees"], std::f64::consts::PI / 180.0, [0, 0, 0, 1]),
-    (&["rev", "r", "revolution", "revolutions", "turn", "turns"], std::f64::consts::TAU, [0, 0, 0, 1]),
+    (
+        &["rev", "r", "U", "tr", "revolution", "revolutions", "turn", "turns"],
+        std::f64::consts::TAU,
+        [0, 0, 0, 1],
+    ),
     (&["rpm"], std::f64::consts::TAU / 60.0, [0, 0, -1, 1]),
     (&["mps"], 1.0, [0, 1, -1, 0]),
     (&["kph", "kmh"], 1.0 / 3.6, [0, 1, -1, 0]),
@@ -325,6 +329,7 @@ pub(super) fn bracketed(header: &str) -> Option<(&str, &str)> {
         ']' => '[',
         ')' => '(',
         '}' => '{',
+        '>' => '<',
         _ => return header.rsplit_once(" / ").filter(|(_, unit)| read(unit).is_some()),
     };
     // Brackets of the same kind may be inside: (N/(m/s)).

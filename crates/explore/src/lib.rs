@@ -1,30 +1,30 @@
-//! The local web page of `slipmap explore`: parameter space under the mouse.
+//! The page of `slipmap explore`: parameter space under the mouse.
 //!
-//! A server on the loopback address answers one page with pictures of planes, with everything that is known
-//! of a point, and with figures, all of them computed by the engines of the library. It keeps no state of a
-//! user: the whole state of a page is in its link, and each request contains all that it needs. Nothing is
-//! read from the disk but the file that the command names.
+//! One HTML file asks for pictures of planes, for everything that is known of a point, and for figures, all of them
+//! computed by the engines of the library: by [`ask`], which a server calls, or a worker of the browser in which this
+//! crate runs as WebAssembly. No state is kept between requests: the whole state of a page is in its link, and each
+//! request contains all that it needs.
 
 // Only the program and its tests use this crate.
 #![allow(missing_docs)]
 
-mod assets;
-mod body;
+mod ask;
 mod boundaries;
 mod catalogue;
 mod export;
 mod figures;
-mod guard;
 mod law;
+mod page;
 mod picture;
 mod place;
 mod plane;
 mod point;
 mod quantities;
 mod refusal;
-mod server;
 mod show;
 mod start;
 
-pub use server::serve;
+pub use ask::{LONGEST_BODY, ask};
+pub use page::{Engine, WASM, page};
+pub use refusal::Refusal;
 pub use start::Start;

@@ -3,7 +3,6 @@
 use std::collections::HashSet;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
 
 use serde_json::json;
 
@@ -25,7 +24,6 @@ impl PlaneRequest {
     /// The picture: a line of JSON that describes it, then a code (one byte) or a number (four bytes) for
     /// each cell, line by line from the lowest.
     pub(super) fn picture(&self, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
-        let started = Instant::now();
         let slice = self.cells()?;
         let (show, methods, field) = self.show(&slice.grid)?;
         let control = Control { stop, ..Control::default() };
@@ -42,7 +40,6 @@ impl PlaneRequest {
             "height": height,
             "label": label,
             "kinds": kinds.map(|kinds| kinds_json(&kinds)),
-            "seconds": started.elapsed().as_secs_f64(),
         });
         let mut bytes = head.to_string().into_bytes();
         // Numbers of four bytes begin at a multiple of four.

@@ -1,5 +1,7 @@
 //! Planes of parameter space: the contents of a request, and the grids of its cells.
 
+use std::ops::Range;
+
 use serde::Deserialize;
 
 use super::place::Place;
@@ -26,6 +28,9 @@ pub(super) struct AxisRequest {
     #[serde(default)]
     pub(super) log: bool,
     points: usize,
+    /// The first of the cells that are wanted, and one past the last; all of them by default.
+    #[serde(default)]
+    part: Option<[usize; 2]>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -50,6 +55,15 @@ impl AxisRequest {
     /// 0).
     pub(super) fn nodes(&self) -> Result<Vec<f64>, Refusal> {
         self.between(self.points, 0.5 / self.points as f64)
+    }
+
+    /// The cells that are wanted.
+    fn part(&self) -> Result<Range<usize>, Refusal> {
+        let [from, to] = self.part.unwrap_or([0, self.points]);
+        match from < to && to <= self.points {
+            true => Ok(from..to),
+            false => Err(Refusal::malformed(format!("no cells {from} to {to} along {}", self.axis))),
+        }
     }
 
     /// `points` values; the first and the last lie a share `half` of the axis inside its ends.
@@ -126,9 +140,11 @@ impl PlaneRequest {
         Ok(Slice { grid, x, y, units: UnitSystem::default() })
     }
 
-    /// The grid of the picture.
+    /// The grid of the picture, which is legal somewhere, or of the part of it that is wanted.
     pub(super) fn cells(&self) -> Result<Slice, Refusal> {
-        self.slice(AxisRequest::nodes)
+        let whole = self.slice(AxisRequest::nodes)?;
+        let grid = whole.grid.part(whole.x, self.x.part()?).part(whole.y, self.y.part()?);
+        Ok(Slice { grid, ..whole })
     }
 
     /// The quantity shown, its methods, and its field in a map.

@@ -1,8 +1,5 @@
 //! Reason why a request is refused: the crate's own message, and the place in a formula that it is about.
 
-use axum::Json;
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 
 use slipmap_config::Wrong;
@@ -11,9 +8,10 @@ use slipmap_model::friction::PointError;
 use slipmap_numbers::text::with_short_quotes;
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Refusal {
+pub struct Refusal {
+    /// As of HTTP.
     #[serde(skip)]
-    status: StatusCode,
+    status: u16,
     problem: String,
     /// The remedy; empty if the problem states it.
     remedy: String,
@@ -23,46 +21,51 @@ pub(super) struct Refusal {
 }
 
 impl Refusal {
-    fn new(status: StatusCode, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    fn new(status: u16, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         let problem = with_short_quotes(&problem.into());
         Self { status, problem, remedy: remedy.into(), place: None }
     }
 
     /// The request is not one that the page sends.
     pub(super) fn malformed(problem: impl Into<String>) -> Self {
-        Self::new(StatusCode::BAD_REQUEST, problem, "reload the page")
+        Self::new(400, problem, "reload the page")
     }
 
     /// The request names something that does not exist or is illegal.
     pub(super) fn bad_input(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::new(StatusCode::UNPROCESSABLE_ENTITY, problem, remedy)
+        Self::new(422, problem, remedy)
     }
 
     /// The request came from another page, or to another host name.
-    pub(super) fn foreign(problem: impl Into<String>) -> Self {
-        Self::new(StatusCode::FORBIDDEN, problem, "open the address that `slipmap explore` has printed")
+    pub fn foreign(problem: impl Into<String>) -> Self {
+        Self::new(403, problem, "open the address that `slipmap explore` has printed")
     }
 
     /// The body of the request is too long.
-    pub(super) fn too_long(bytes: usize) -> Self {
+    pub fn too_long(bytes: usize) -> Self {
         let problem = format!("the request is longer than {} KiB", bytes >> 10);
-        Self::new(StatusCode::PAYLOAD_TOO_LARGE, problem, "give a shorter table or formula")
+        Self::new(413, problem, "give a shorter table or formula")
     }
 
     /// Nobody waits for the answer any more.
     pub(super) fn stopped() -> Self {
-        Self::new(StatusCode::SERVICE_UNAVAILABLE, "the request was given up", "try again")
+        Self::new(503, "the request was given up", "try again")
     }
 
     /// The request exceeded its time limit.
-    pub(super) fn out_of_time(seconds: u64) -> Self {
+    pub fn out_of_time(seconds: u64) -> Self {
         let problem = format!("this took longer than {seconds} s");
-        Self::new(StatusCode::SERVICE_UNAVAILABLE, problem, "show a smaller region, or a simpler quantity")
+        Self::new(503, problem, "show a smaller region, or a simpler quantity")
     }
 
     /// A bug of this program.
-    pub(super) fn broken(problem: impl Into<String>) -> Self {
-        Self::new(StatusCode::INTERNAL_SERVER_ERROR, problem, "please report it")
+    pub fn broken(problem: impl Into<String>) -> Self {
+        Self::new(500, problem, "please report it")
+    }
+
+    /// The status and the body of the answer.
+    pub fn answer(&self) -> (u16, Vec<u8>) {
+        (self.status, serde_json::to_vec(self).unwrap_or_default())
     }
 }
 
@@ -91,11 +94,5 @@ impl From<GridError> for Refusal {
 impl From<PlanError> for Refusal {
     fn from(error: PlanError) -> Self {
         Self::bad_input(error.to_string(), "choose other values")
-    }
-}
-
-impl IntoResponse for Refusal {
-    fn into_response(self) -> Response {
-        (self.status, Json(self)).into_response()
     }
 }

@@ -4,6 +4,7 @@
 // Only the program and the Python package use this crate.
 #![allow(missing_docs)]
 
+mod advances;
 pub mod axis;
 pub mod data;
 pub mod legend;

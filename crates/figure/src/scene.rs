@@ -2,10 +2,8 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::sync::LazyLock;
 
-use ttf_parser::Face;
-
+use super::advances::advance;
 use super::text::{Piece, Rich, Symbol, html};
 use slipmap_numbers::text::without_zeros;
 
@@ -397,20 +395,11 @@ fn pattern(hatching: (Hatch, &'static str), prefix: &str) -> String {
     )
 }
 
-static REGULAR: LazyLock<Option<Face<'static>>> =
-    LazyLock::new(|| Face::parse(notosans::REGULAR_TTF, 0).ok());
-static ITALIC: LazyLock<Option<Face<'static>>> = LazyLock::new(|| Face::parse(notosans::ITALIC_TTF, 0).ok());
-
 /// Width of a text in points.
 pub fn text_width(text: &Rich, size: f64) -> f64 {
-    let words = |words: &str, italic: bool| -> f64 {
-        let face = if italic { &ITALIC } else { &REGULAR };
-        let Some(face) = face.as_ref() else { return 0.5 * words.chars().count() as f64 };
-        let advance = |c: char| face.glyph_index(c).and_then(|glyph| face.glyph_hor_advance(glyph));
-        // Another font draws a letter that this one lacks; most are about this wide.
-        let em = f64::from(face.units_per_em());
-        words.chars().map(|c| advance(c).map_or(0.6, |advance| f64::from(advance) / em)).sum()
-    };
+    // Another font draws a letter of which nothing is known; most are about this wide.
+    let words =
+        |words: &str, italic: bool| -> f64 { words.chars().map(|c| advance(c, italic).unwrap_or(0.6)).sum() };
     let symbol = |symbol: &Symbol| {
         words(&symbol.base, symbol.is_letter())
             + SMALL * (words(&symbol.index, false) + words(&symbol.exponent, false))

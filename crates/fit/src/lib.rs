@@ -60,9 +60,9 @@ pub struct Fit {
     pub reduced: Option<f64>,
     /// Readings less friction, in the order of the readings in slip.
     pub residuals: Vec<f64>,
-    /// Number of changes of sign of the residuals less that of independent ones, in standard deviations: far below 0
-    /// where the law does not follow the readings.
-    pub runs: f64,
+    /// How much more the residuals follow smooth curves than by chance, in standard deviations: far above 0 where the law does
+    /// not follow the readings.
+    pub lack: f64,
 }
 
 /// Reason why there is no fit.
@@ -72,7 +72,7 @@ pub enum NoFit {
     TooFew(usize),
     /// Friction is negative at every slip speed.
     Negative,
-    /// No law that falls, or has two coefficients, follows from the readings.
+    /// No law follows from the readings.
     None,
 }
 
@@ -88,6 +88,12 @@ const LEAST_PIVOT: f64 = 1e-6;
 const STEP: f64 = 1e-3;
 /// Number of slip speeds at which laws are compared.
 const COMPARED: i32 = 40;
+/// Number of waves of smooth curves that residuals may follow.
+const WAVES: usize = 6;
+/// Root mean square of residuals in units of the largest friction up to which readings are exact: the search ends there.
+const EXACT: f64 = 1e-7;
+/// Residuals of exact readings, in units of the rounding of the largest one.
+const ROUNDING: f64 = 16.0;
 /// Least number of readings at rest whose own scatter is their error.
 const FEWEST_AT_REST: usize = 3;
 
@@ -110,7 +116,9 @@ pub fn fits(
     if speeds.len() < 3 {
         return Err(NoFit::TooFew(fewest));
     }
-    let forms = Form::all().filter(|form| !form.drop || !at_rest.is_empty());
+    // Fewer than tell whether it falls are no sign that it does not.
+    let tell = in_slip.len() >= fewest;
+    let forms = Form::all().filter(|form| (form.falls() || tell) && (!form.drop || !at_rest.is_empty()));
     let mut fits: Vec<Fit> = forms.filter_map(|form| fit(form, in_slip, at_rest, root)).collect();
     fits.sort_by(|one, other| one.aicc.total_cmp(&other.aicc));
     if fits.is_empty() {
@@ -191,6 +199,7 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading], root: Option<&D
     let squares: f64 = problem.residuals.norm_squared();
     let freedom = (n - p) as f64;
     let inverse = inverse_of_normal_equations(problem.natural_jacobian())?;
+
     let reduced = squares / freedom;
     let variance = if known { reduced.max(1.0) } else { reduced * widening(freedom) };
     let values = form.values(&problem.parameters);
@@ -211,13 +220,17 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading], root: Option<&D
     });
     let parameters = (p + usize::from(at_rest.is_some())) as f64;
     let count = (n + usize::from(at_rest.is_some())) as f64;
-    let likelihood = if known { squares } else { count * (squares / count).ln() };
+    // Exact readings have what rounding leaves.
+    let largest = readings.iter().map(|reading| reading.friction.abs()).fold(0.0, f64::max);
+    let least = (ROUNDING * f64::EPSILON * largest).powi(2);
+    let likelihood = if known { squares } else { count * (squares / count).max(least).ln() };
     let k = parameters + if known { 0.0 } else { 1.0 };
     let correction = 2.0 * k * (k + 1.0) / (count - k - 1.0);
     let aicc = likelihood + 2.0 * k + correction;
     let residuals: Vec<f64> =
         in_slip.iter().map(|reading| reading.friction - form.friction(&values, reading.speed)).collect();
     let residual = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
+    let lack = if residual > EXACT * largest { problem.lack(known) } else { 0.0 };
     (legal && drops && aicc.is_finite()).then(|| Fit {
         form,
         values,
@@ -226,8 +239,7 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading], root: Option<&D
         aicc,
         residual,
         reduced: known.then_some(reduced),
-        // Neighbours on a curve are not independent.
-        runs: if root.is_some() { 0.0 } else { runs(&residuals) },
+        lack,
         residuals,
     })
 }
@@ -315,17 +327,6 @@ pub fn widening(freedom: f64) -> f64 {
     (1.0 + first / freedom + second / freedom.powi(2) + third / freedom.powi(3)).powi(2)
 }
 
-/// The number of runs of residuals of one sign, in standard deviations from that of independent ones (Wald and
-/// Wolfowitz, Ann. Math. Stat. 11, 1940).
-fn runs(residuals: &[f64]) -> f64 {
-    let signs: Vec<bool> = residuals.iter().filter(|residual| **residual != 0.0).map(|r| *r > 0.0).collect();
-    let (n, above) = (signs.len() as f64, signs.iter().filter(|sign| **sign).count() as f64);
-    let runs = 1.0 + signs.windows(2).filter(|pair| pair[0] != pair[1]).count() as f64;
-    let pairs = 2.0 * above * (n - above);
-    let variance = pairs * (pairs - n) / (n * n * (n - 1.0));
-    if variance > 0.0 { (runs - 1.0 - pairs / n) / variance.sqrt() } else { 0.0 }
-}
-
 /// What makes the errors of readings independent, and 1.
 #[derive(Clone)]
 struct Weights<'a> {
@@ -394,6 +395,43 @@ impl<'a> Problem<'a> {
         let (problem, report) = LevenbergMarquardt::new().with_patience(200).minimize(self);
         (report.termination.was_successful() && problem.residuals.iter().all(|r| r.is_finite()))
             .then_some(problem)
+    }
+
+    /// How much more the residuals follow smooth curves than by chance: the sum of squares that the first waves over the order
+    /// of the speeds take, beyond what the parameters do, in units of what is left. It has Fisher's distribution, and is told as
+    /// a normal deviate (Paulson, Ann. Math. Stat. 13, 1942).
+    fn lack(&self, known: bool) -> f64 {
+        let jacobian = self.natural_jacobian();
+        let (n, p) = jacobian.shape();
+        let waves = WAVES.min((n - p) / 3);
+        if waves == 0 {
+            return 0.0;
+        }
+        let mut speeds: Vec<f64> = self.readings.iter().map(|reading| reading.speed).collect();
+        speeds.sort_by(f64::total_cmp);
+        let place = |speed: f64| {
+            let [from, to] =
+                [false, true].map(|with| speeds.partition_point(|it| *it < speed || with && *it == speed));
+            0.5 * (from + to) as f64 / n as f64
+        };
+        let places: Vec<f64> =
+            self.readings.iter().map(|reading| std::f64::consts::PI * place(reading.speed)).collect();
+        let waves_at = DMatrix::from_fn(n, waves, |row, wave| ((wave + 1) as f64 * places[row]).cos());
+        let mut columns = jacobian.resize_horizontally(p + waves, 0.0);
+        columns.columns_mut(p, waves).copy_from(&self.weights.weighted(waves_at));
+        for mut column in columns.column_iter_mut() {
+            let length = column.norm();
+            column.unscale_mut(length);
+        }
+        let taken = columns.qr().q().columns(p, waves).tr_mul(&self.residuals).norm_squared();
+        let freedom = (n - p - waves) as f64;
+        let left = (self.residuals.norm_squared() - taken) / freedom;
+        let waves = waves as f64;
+        let ratio = taken / waves / if known { left.max(1.0) } else { left };
+        let [of_taken, of_left] =
+            [waves, if known { f64::INFINITY } else { freedom }].map(|freedom| 2.0 / (9.0 * freedom));
+        let root = ratio.cbrt();
+        ((1.0 - of_left) * root - (1.0 - of_taken)) / (of_taken + root * root * of_left).sqrt()
     }
 
     /// The derivatives of the weighted residuals by the parameters of the law, in natural units.

@@ -41,13 +41,16 @@ impl Form {
     pub fn all() -> impl Iterator<Item = Form> {
         use Shape::{Exponential, Gaussian, Hyperbolic, Lorentzian, None, Stretched};
         let shapes = [None, Exponential, Gaussian, Stretched, Lorentzian, Hyperbolic];
-        let all = shapes.into_iter().flat_map(move |shape| {
+        shapes.into_iter().flat_map(move |shape| {
             [false, true].into_iter().flat_map(move |viscous| {
                 [false, true].into_iter().map(move |drop| Form { shape, viscous, drop })
             })
-        });
-        // Without a fall or a drop there is no friction that can excite anything.
-        all.filter(|form| form.shape != None || form.drop)
+        })
+    }
+
+    /// Whether friction falls, or drops as slip begins: else it excites nothing, but for a viscous part below 0.
+    pub fn falls(self) -> bool {
+        self.shape != Shape::None || self.drop
     }
 
     /// The names of the parameters: friction at the onset of slip and far out, the speed of the fall, its exponent,

@@ -115,6 +115,21 @@ impl Reduced {
         self.covariance -= &with_first * self.covariance.row(0).into_owned();
     }
 
+    /// Adds what errors of the slip speeds make of the curve: they are white and of this standard deviation, so that it is the
+    /// true one and half of its second derivative times their variance, to first order.
+    pub fn smear(&mut self, deviation: f64) {
+        let last = self.speeds.len() - 1;
+        let bias = DVector::from_fn(self.speeds.len(), |i, _| {
+            let at = i.clamp(1, last - 1);
+            let slope =
+                |i: usize| (self.friction[i] - self.friction[i - 1]) / (self.speeds[i] - self.speeds[i - 1]);
+            let width = 0.5 * (self.speeds[at + 1] - self.speeds[at - 1]);
+            0.5 * deviation * deviation * (slope(at + 1) - slope(at)) / width
+        });
+        self.covariance.ger(1.0, &bias, &bias, 1.0);
+        self.by_rows.1.ger(1.0, &bias, &bias, 1.0);
+    }
+
     /// The mean of two curves at the same slip speeds.
     pub fn mean(self, other: Self) -> Self {
         Self {

@@ -96,6 +96,30 @@ fn errors_are_those_of_repeated_measurements() {
     }
 }
 
+/// Of readings of the law the lack of fit is a normal deviate, also of those on a curve with correlated errors; a law of two
+/// scales, that none has, is found out.
+#[test]
+fn a_law_that_does_not_follow_is_found_out() {
+    let form = form(Shape::Exponential, false);
+    let mut random = Random(3);
+    let root = DMatrix::from_fn(60, 60, |i, j| if i >= j { 5.0 * 0.6_f64.powi((i - j) as i32) } else { 0.0 });
+    for (error, root) in [(f64::NAN, None), (5.0, None), (5.0, Some(&root))] {
+        const REPEATED: usize = 300;
+        let (mut above, mut found) = (0, 0);
+        for _ in 0..REPEATED {
+            let mut data = readings(form, 60, 0.0, error, &mut random);
+            let noise = DVector::from_fn(60, |_, _| random.normal());
+            let noise = root.map_or_else(|| &noise * 5.0, |root| root * &noise);
+            data.iter_mut().zip(&noise).for_each(|(reading, noise)| reading.friction += noise);
+            above += usize::from(fit(form, &data, &[], root).unwrap().lack > 2.0);
+            data.iter_mut().for_each(|it| it.friction += 80.0 * (-it.speed / 0.6).exp());
+            found += usize::from(fit(form, &data, &[], root).is_none_or(|fit| fit.lack > 3.0));
+        }
+        // Of 300 some 7 are above two deviations: at most 17 within four of the binomial law.
+        assert!(above <= 17 && 2 * found > REPEATED, "{error} {above} {found}");
+    }
+}
+
 /// With a drop the readings at rest are a friction of their own.
 #[test]
 fn a_drop_is_found() {

@@ -53,7 +53,7 @@ pub(super) fn read(file: &File, grid: &Grid) -> Result<Vec<PlaneCurves>, Unfit> 
         return Ok(Vec::new());
     }
     let group = file.group(GROUP)?;
-    let table = Table(&group);
+    let table = Rows(&group);
     let axes = grid.axes();
     let axis = |word: &str| axes.iter().position(|axis| axis.name == word);
     let (xs, ys) = (table.words("plane_x", axis)?, table.words("plane_y", axis)?);
@@ -92,7 +92,7 @@ pub(super) fn read(file: &File, grid: &Grid) -> Result<Vec<PlaneCurves>, Unfit> 
     Ok(planes)
 }
 
-fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Result<(), Unfit> {
+fn read_points(table: &Rows, axes: &[Axis], planes: &mut [PlaneCurves]) -> Result<(), Unfit> {
     let known = |word: &str| Bifurcation::ALL.into_iter().find(|bifurcation| bifurcation.name() == word);
     let kinds = table.words("curve", known)?;
     let number = table.numbers::<i32>("plane_number", kinds.len())?;
@@ -122,9 +122,9 @@ fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Resu
 }
 
 /// The columns of the group.
-struct Table<'a>(&'a Group);
+struct Rows<'a>(&'a Group);
 
-impl Table<'_> {
+impl Rows<'_> {
     /// Opens a column with numbers of type `kind`.
     fn column(&self, name: &str, kind: &TypeDescriptor) -> Result<Dataset, Unfit> {
         if !self.0.link_exists(name) {

@@ -7,6 +7,8 @@ use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 
+use rayon::ThreadPool;
+
 use super::account::{Account, MethodAccount, count, failed_cells};
 use super::audit::Draws;
 use super::contradictions::contradictions;
@@ -130,61 +132,84 @@ pub fn compute_tiles<S: Sink>(
     control: &Control,
     next: &(dyn Fn() -> Option<usize> + Sync),
 ) -> Result<(Account, usize), ComputeError<S::Error>> {
-    let pool = super::pool(control.threads).map_err(|error| ComputeError::Threads(error.to_string()))?;
-    let threads = pool.current_num_threads();
     let draws = Draws::new(plan);
     let failed = AtomicBool::new(false);
-    let (sender, receiver) = sync_channel::<Result<(S::Packed, Account), S::Error>>(2 * threads);
-
+    let compute = || {
+        let number = next()?;
+        if control.stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
+            return None;
+        }
+        let message = work(plan, sink, &draws, &plan.grid.tile(&plan.tile_shape, number));
+        if let Ok((_, account)) = &message {
+            (control.on_cells)(account.cells as usize);
+        }
+        Some(message)
+    };
     let mut sum = Account::none(plan);
     let mut outcome = Ok(());
+    let mut take = |message: Result<(S::Packed, Account), S::Error>| {
+        if outcome.is_err() {
+            return;
+        }
+        let written = message.and_then(|(packed, account)| {
+            let (written, seconds) = timed(|| sink.write(packed, &account));
+            written.map(|()| (account, seconds))
+        });
+        match written {
+            Ok((account, seconds)) => {
+                sum.add(account);
+                sum.stages.write += seconds;
+            }
+            Err(error) => {
+                failed.store(true, Ordering::Relaxed);
+                outcome = Err(error);
+            }
+        }
+    };
+    let threads = match super::pool(control.threads) {
+        // WebAssembly has no threads.
+        Err(_) if cfg!(target_family = "wasm") => {
+            std::iter::from_fn(compute).for_each(take);
+            1
+        }
+        Err(error) => return Err(ComputeError::Threads(error.to_string())),
+        Ok(pool) => {
+            let threads = pool.current_num_threads();
+            in_parallel(&pool, &failed, &compute, &mut take)
+                .map_err(|error| ComputeError::Threads(error.to_string()))?;
+            threads
+        }
+    };
+    outcome.map_err(ComputeError::Sink)?;
+    if control.stop.load(Ordering::Relaxed) {
+        return Err(ComputeError::Interrupted);
+    }
+    Ok((sum, threads))
+}
+
+/// Calls `compute` in all workers of a pool until it returns `None`, and `take` in this thread with what it returns.
+fn in_parallel<T: Send>(
+    pool: &ThreadPool,
+    failed: &AtomicBool,
+    compute: &(dyn Fn() -> Option<T> + Sync),
+    take: &mut dyn FnMut(T),
+) -> std::io::Result<()> {
+    let (sender, receiver) = sync_channel(2 * pool.current_num_threads());
     std::thread::scope(|scope| {
-        let (failed, draws, pool) = (&failed, &draws, &pool);
         let workers = move || {
             pool.broadcast(|_| {
                 let (sender, _ends_all) = (sender.clone(), EndsAll(failed));
-                while let Some(number) = next() {
-                    if control.stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
-                        break;
-                    }
-                    let message = work(plan, sink, draws, &plan.grid.tile(&plan.tile_shape, number));
-                    if let Ok((_, account)) = &message {
-                        (control.on_cells)(account.cells as usize);
-                    }
+                while let Some(message) = compute() {
                     if sender.send(message).is_err() {
                         break;
                     }
                 }
             });
         };
-        if let Err(error) = std::thread::Builder::new().spawn_scoped(scope, workers) {
-            outcome = Err(ComputeError::Threads(error.to_string()));
-        }
-        for message in receiver {
-            if outcome.is_err() {
-                continue;
-            }
-            let written = message.and_then(|(packed, account)| {
-                let (written, seconds) = timed(|| sink.write(packed, &account));
-                written.map(|()| (account, seconds))
-            });
-            match written {
-                Ok((account, seconds)) => {
-                    sum.add(account);
-                    sum.stages.write += seconds;
-                }
-                Err(error) => {
-                    failed.store(true, Ordering::Relaxed);
-                    outcome = Err(ComputeError::Sink(error));
-                }
-            }
-        }
-    });
-    outcome?;
-    if control.stop.load(Ordering::Relaxed) {
-        return Err(ComputeError::Interrupted);
-    }
-    Ok((sum, threads))
+        std::thread::Builder::new().spawn_scoped(scope, workers)?;
+        receiver.into_iter().for_each(take);
+        Ok(())
+    })
 }
 
 /// Computes and packs one tile.

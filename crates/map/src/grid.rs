@@ -4,10 +4,12 @@
 //! that vary. Either way a node of all axes but the damping is a [`Column`]: a law in dimensionless form, V, and
 //! the factor from its dampings to those of the oscillator. All else sees columns.
 
-mod source;
+mod columns;
 mod tile;
 
 pub use tile::{Tile, unravel};
+
+use std::ops::Range;
 
 use slipmap_machine::{BELT_SPEED as SPEED, Machine, Model, Units, requirement};
 use slipmap_model::filippov::Oscillator;
@@ -213,8 +215,8 @@ pub struct Grid {
 struct Gap {
     /// Where one of them is, and why.
     why: String,
-    /// The index of a node without such a fault.
-    legal: Vec<usize>,
+    /// The column of a node without such a fault.
+    legal: Box<Column>,
 }
 
 impl Grid {
@@ -316,7 +318,7 @@ impl Grid {
             }
             let index: Vec<usize> = [outer, vec![0]].concat();
             match self.column(&index) {
-                Ok(_) => legal = legal.or(Some(index)),
+                Ok(column) => legal = legal.or(Some(Box::new(column))),
                 Err(why) => fault = fault.or(Some((index, why))),
             }
         }
@@ -341,8 +343,10 @@ impl Grid {
 
     /// A column that the grid has: the first, if all nodes have one.
     pub fn some_column(&self) -> Column {
-        let index = self.gap.as_ref().map_or_else(|| vec![0; self.axes.len()], |gap| gap.legal.clone());
-        self.column(&index).unwrap_or_else(|why| unreachable!("{why}"))
+        match &self.gap {
+            Some(gap) => Column::clone(&gap.legal),
+            None => self.column(&vec![0; self.axes.len()]).unwrap_or_else(|why| unreachable!("{why}")),
+        }
     }
 
     /// The grid, if its cells can be counted.
@@ -360,6 +364,14 @@ impl Grid {
         let names = self.axes.iter().map(|axis| axis.name.as_str());
         let same = Self::of_machine(machine, &names.zip(nodes).collect::<Vec<_>>())?;
         Ok(same.shown_in(|name| self.axes.iter().find(|axis| axis.name == name)?.shown.clone()))
+    }
+
+    /// The grid of these of the nodes of an axis, which may all be without a column.
+    #[must_use]
+    pub fn part(mut self, axis: usize, nodes: Range<usize>) -> Self {
+        self.axes[axis].values.truncate(nodes.end);
+        self.axes[axis].values.drain(..nodes.start);
+        self
     }
 
     /// The grid with the units in which its axes are shown.

@@ -9,6 +9,7 @@
 //! every layer is seen by a stage.
 
 use super::friction::{Curve, Weakening};
+use slipmap_numbers::TimesPlus as _;
 use std::sync::Arc;
 
 /// A step meets a corner if it ends this close to it: `WIDTH` in the variable of integration, `ROUNDING`
@@ -69,7 +70,7 @@ impl Layers {
         let [low, high] = self.around(from.slip);
         let (way, bend) =
             if from.rate < 0.0 { (from.slip - low, -turning) } else { (high - from.slip, turning) };
-        let root = from.rate.mul_add(from.rate, 2.0 * bend * way);
+        let root = from.rate.times_plus(from.rate, 2.0 * bend * way);
         // On the way back it may turn before it is there.
         if root >= 0.0 && way.is_finite() {
             2.0 * way / (from.rate.abs() + root.sqrt())
@@ -86,7 +87,7 @@ impl Layers {
             let way = SHORT_OF_END * (if to.slip < low { low } else { high } - from.slip);
             // By the parabola through both ends.
             let bend = (to.slip - from.slip - from.rate * h) / (h * h);
-            let root = from.rate.mul_add(from.rate, 4.0 * bend * way).max(0.0).sqrt();
+            let root = from.rate.times_plus(from.rate, 4.0 * bend * way).max(0.0).sqrt();
             let next = 2.0 * way / (from.rate + root.copysign(way));
             return Some(if next > 0.0 && next < h { next } else { 0.5 * h });
         }

@@ -15,6 +15,7 @@
 
 use crate::friction::{Column, Curve, Law, Range};
 use crate::point::Point;
+use slipmap_numbers::TimesPlus as _;
 
 /// The oscillator with every parameter fixed.
 #[derive(Clone, Debug, PartialEq)]
@@ -193,7 +194,7 @@ impl Oscillator {
     /// <= lo <= hi.
     pub fn divergence_is_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
         // A few values decide for most oscillators; bounds over a range of slip speeds cost much more.
-        let at = |share: f64| self.divergence((hi - lo).mul_add(share, lo)) <= bound;
+        let at = |share: f64| self.divergence((hi - lo).times_plus(share, lo)) <= bound;
         [0.0, 1.0, 0.5, 0.2, 0.7, 0.35, 0.85].into_iter().all(at)
             && self.curve.weakening_range(lo, hi).hi - self.viscous <= bound
     }
@@ -201,7 +202,8 @@ impl Oscillator {
     /// Returns whether the divergence is at most `bound` on [`lo`, `hi`], by proof or, for a law without
     /// proved bounds, by many samples.
     pub fn divergence_seems_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
-        let at = |i: u32| self.divergence((hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo)) <= bound;
+        let at =
+            |i: u32| self.divergence((hi - lo).times_plus(f64::from(i) / f64::from(SAMPLES), lo)) <= bound;
         self.divergence_is_at_most(bound, lo, hi) || self.curve.is_sampled() && (0..=SAMPLES).all(at)
     }
 

@@ -1,5 +1,7 @@
 //! Elementary functions that vectorise: without branches and calls, to a few units in the last place.
 
+use crate::TimesPlus as _;
+
 /// 1 / n!, n from 0.
 pub const INVERSE_FACTORIALS: [f64; 18] = {
     let mut inverses = [1.0; 18];
@@ -19,7 +21,7 @@ pub fn exp<const HALVINGS: u32>(x: f64) -> f64 {
     let y = x / f64::from(1_u32 << HALVINGS);
     let mut sum = INVERSE_FACTORIALS[9];
     for n in (1..9).rev() {
-        sum = y.mul_add(sum, INVERSE_FACTORIALS[n]);
+        sum = y.times_plus(sum, INVERSE_FACTORIALS[n]);
     }
     // expm1 keeps the accuracy of small arguments through the squarings: e(2y) = e(y) (2 + e(y)).
     let mut expm1 = y * sum;
@@ -38,12 +40,12 @@ pub fn exp_falling(x: f64) -> f64 {
     // A number of this size has no fraction; its last bits are those of the exponent.
     const WHOLE: f64 = 6_755_399_441_055_744.0 + 1023.0;
     let x = if x > -708.0 { x } else { -708.0 };
-    let shifted = x.mul_add(std::f64::consts::LOG2_E, WHOLE);
+    let shifted = x.times_plus(std::f64::consts::LOG2_E, WHOLE);
     let whole = shifted - WHOLE;
-    let rest = whole.mul_add(-LN_2[1], whole.mul_add(-LN_2[0], x));
+    let rest = whole.times_plus(-LN_2[1], whole.times_plus(-LN_2[0], x));
     let mut sum = INVERSE_FACTORIALS[13];
     for n in (0..13).rev() {
-        sum = rest.mul_add(sum, INVERSE_FACTORIALS[n]);
+        sum = rest.times_plus(sum, INVERSE_FACTORIALS[n]);
     }
     sum * f64::from_bits(shifted.to_bits() << 52)
 }
@@ -55,8 +57,8 @@ pub fn sin_cos(z: f64) -> [f64; 2] {
     let y = -z * z;
     let [mut sin, mut cos] = [INVERSE_FACTORIALS[17], INVERSE_FACTORIALS[16]];
     for n in (0..8).rev() {
-        sin = y.mul_add(sin, INVERSE_FACTORIALS[2 * n + 1]);
-        cos = y.mul_add(cos, INVERSE_FACTORIALS[2 * n]);
+        sin = y.times_plus(sin, INVERSE_FACTORIALS[2 * n + 1]);
+        cos = y.times_plus(cos, INVERSE_FACTORIALS[2 * n]);
     }
     [z * sin, cos]
 }
@@ -67,7 +69,7 @@ pub fn sin_cos_of_turn(z: f64) -> [f64; 2] {
     // pi / 2 as a sum of two numbers, of which the first has zeros at its end.
     const QUARTER: [f64; 2] = [1.570_796_251_296_997, 7.549_789_954_891_882e-8];
     let quarters = (z * std::f64::consts::FRAC_2_PI + 0.5).floor();
-    let [sin, cos] = sin_cos(quarters.mul_add(-QUARTER[1], quarters.mul_add(-QUARTER[0], z)));
+    let [sin, cos] = sin_cos(quarters.times_plus(-QUARTER[1], quarters.times_plus(-QUARTER[0], z)));
     match quarters as i32 & 3 {
         0 => [sin, cos],
         1 => [cos, -sin],

@@ -13,8 +13,10 @@ mod range;
 pub mod roots;
 pub mod spacing;
 pub mod text;
+mod times_plus;
 mod vectorized;
 
 pub use aligned::Aligned;
 pub use range::Range;
+pub use times_plus::TimesPlus;
 pub use vectorized::vectorized;

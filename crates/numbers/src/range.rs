@@ -13,12 +13,12 @@ pub struct Range {
 
 impl Range {
     /// The range of no numbers: its hull with another range is that range.
-    pub const NOTHING: Range = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+    pub const EMPTY: Range = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
 
     /// The range of the numbers from the first one to the last.
     #[must_use]
     pub fn of(numbers: impl IntoIterator<Item = f64>) -> Range {
-        numbers.into_iter().fold(Range::NOTHING, |range, x| range.hull(Range { lo: x, hi: x }))
+        numbers.into_iter().fold(Range::EMPTY, |range, x| range.hull(Range { lo: x, hi: x }))
     }
 
     /// The smallest range that contains both ranges.

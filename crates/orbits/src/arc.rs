@@ -26,6 +26,7 @@ use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::flow::Failure;
 use slipmap_model::friction::Range;
 use slipmap_model::friction::Weakening;
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::{Aligned, vectorized};
 
 /// A step this much shorter than the time scale of the flow has underflowed.
@@ -63,7 +64,7 @@ pub struct State {
 impl State {
     /// w'.
     pub fn slope(&self) -> f64 {
-        self.divergence.mul_add(self.w, -self.v)
+        self.divergence.times_plus(self.w, -self.v)
     }
 
     /// |(v', w')|.
@@ -149,7 +150,7 @@ impl Field<3> for Lienard<'_> {
     #[inline(always)]
     fn slope(&mut self, _stage: usize, &Aligned([x, w, _]): &Aligned<3>) -> Aligned<3> {
         let d = self.0.divergence(x);
-        Aligned([w, d.mul_add(w, -(self.0.origin + x)), d])
+        Aligned([w, d.times_plus(w, -(self.0.origin + x)), d])
     }
 }
 
@@ -586,7 +587,7 @@ pub struct Extent {
 impl Default for Extent {
     /// The extent of no orbit.
     fn default() -> Self {
-        Self { velocity: Range::NOTHING, displacement: Range::NOTHING }
+        Self { velocity: Range::EMPTY, displacement: Range::EMPTY }
     }
 }
 

@@ -37,6 +37,7 @@ use std::sync::{LazyLock, OnceLock};
 
 use super::polar::{Angle, Closing, LANES, Lanes, Vector};
 use slipmap_model::point::ScaledGroups;
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::elementary::exp;
 use slipmap_numbers::{Aligned, vectorized};
 
@@ -191,7 +192,7 @@ fn apply(matrix: &[f64], from: &[Vector], to: &mut [Vector]) {
         let mut sum = Vector::default();
         for (weight, from) in matrix[row * columns..][..columns].iter().zip(from) {
             for lane in 0..LANES {
-                sum[lane] = from[lane].mul_add(*weight, sum[lane]);
+                sum[lane] = from[lane].times_plus(*weight, sum[lane]);
             }
         }
         *to = sum;
@@ -231,7 +232,7 @@ fn sweep(
         let mut residual = Vector::default();
         for ((fitted, slope), by_c) in fitted[..size].iter_mut().zip(slope).zip(by_c) {
             for lane in 0..LANES {
-                let better = by_c[lane].mul_add(change[lane], slope[lane]);
+                let better = by_c[lane].times_plus(change[lane], slope[lane]);
                 residual[lane] += (better - fitted[lane]).abs();
                 fitted[lane] = better;
             }

@@ -9,6 +9,7 @@ use super::work::Work;
 use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::{Curve, Stribeck};
 use slipmap_model::point::ScaledGroups;
+use slipmap_numbers::TimesPlus as _;
 
 /// An orbit: its curve, the belt speed V and its maximum r of x2, 0 < r <= V.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +95,7 @@ fn of_flat(curve: &Curve, belt_speed: f64, rhs: u64) -> Option<Closing> {
 fn of_stribeck(law: &Stribeck, belt_speed: f64, radius: f64) -> (Start, f64) {
     let ScaledGroups { a, k, b, .. } = law.scaled(belt_speed, 0.0);
     let (rho, rest) = (radius / belt_speed, (belt_speed - radius) / belt_speed);
-    let slowest = k.mul_add(rest, 1.0);
+    let slowest = k.times_plus(rest, 1.0);
     let groups = ScaledGroups { a: a / (slowest * slowest), k: k * rho / slowest, b: b * rho, c: 0.0 };
     let q = (1.0 + 2.0 * groups.k).sqrt();
     let c = 2.0 * groups.a / (q * (1.0 + groups.k + q)) - 2.0 * groups.b;

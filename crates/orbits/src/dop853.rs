@@ -8,6 +8,7 @@
 
 use super::polar::LANES;
 use slipmap_numbers::Aligned;
+use slipmap_numbers::TimesPlus as _;
 
 /// Number of stages, and of right-hand sides per step.
 pub const STAGES: usize = 12;
@@ -124,11 +125,11 @@ pub(super) fn step<const N: usize>(
             let mut sum = Aligned::<LANES>::default();
             for &(other, weight) in MATRIX[stage] {
                 for lane in 0..width {
-                    sum[lane] = k[other][from + lane].mul_add(weight, sum[lane]);
+                    sum[lane] = k[other][from + lane].times_plus(weight, sum[lane]);
                 }
             }
             for lane in 0..width {
-                at[from + lane] = sum[lane].mul_add(h, at[from + lane]);
+                at[from + lane] = sum[lane].times_plus(h, at[from + lane]);
             }
         }
         k[stage] = field.slope(stage, &at);
@@ -136,17 +137,17 @@ pub(super) fn step<const N: usize>(
     let [mut sum, mut error_5, mut error_3] = [Aligned::<N>::default(); 3];
     for (stage, weight, weight_5, weight_3) in WEIGHTS {
         for lane in 0..N {
-            sum[lane] = k[stage][lane].mul_add(weight, sum[lane]);
-            error_5[lane] = k[stage][lane].mul_add(weight_5, error_5[lane]);
-            error_3[lane] = k[stage][lane].mul_add(weight_3, error_3[lane]);
+            sum[lane] = k[stage][lane].times_plus(weight, sum[lane]);
+            error_5[lane] = k[stage][lane].times_plus(weight_5, error_5[lane]);
+            error_3[lane] = k[stage][lane].times_plus(weight_3, error_3[lane]);
         }
     }
     let mut next = *state;
     let mut error = Aligned::default();
     for lane in 0..N {
-        next[lane] = sum[lane].mul_add(h, next[lane]);
+        next[lane] = sum[lane].times_plus(h, next[lane]);
         let (e5, e3) = (error_5[lane].abs(), error_3[lane].abs());
-        let scale = e5.mul_add(e5, 0.01 * e3 * e3).sqrt();
+        let scale = e5.times_plus(e5, 0.01 * e3 * e3).sqrt();
         // Squares of the errors of very slow orbits vanish.
         error[lane] = if scale > 0.0 { h.abs() * e5 * e5 / scale } else { h.abs() * e5 };
     }

@@ -11,7 +11,8 @@
 //!
 //! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
 
-use slipmap_model::friction::{Curve, NOTHING, Pieces, Range};
+use slipmap_model::friction::{Curve, NOT_NEGATIVE, Pieces, Range};
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::interval::Interval;
 
 /// The refinement of a bound ends after a step that leaves more than this share of it.
@@ -56,7 +57,7 @@ impl<'a> FarLoops<'a> {
         let mut intervals =
             if curve.is_proved_to_resist() { Vec::new() } else { curve.friction_by_intervals(unit) };
         // Friction pushes at no slip speed by its bounds, or by these ranges, which are partly samples.
-        let never = intervals.iter().all(|(_, range)| range.lo >= NOTHING);
+        let never = intervals.iter().all(|(_, range)| range.lo >= NOT_NEGATIVE);
         let settled = never.then(|| settled(curve, belt_speed, curve.fastest()));
         if never {
             intervals.clear();
@@ -119,7 +120,7 @@ impl<'a> FarLoops<'a> {
     /// about as fast as C u rises, and the sum is bounded on parts of the interval.
     fn psi(&self, viscous: f64) -> Vec<(f64, Range)> {
         let bounds = self.intervals.iter().map(|&([from, to], phi)| {
-            let apart = Range { lo: viscous.mul_add(from, phi.lo), hi: viscous.mul_add(to, phi.hi) };
+            let apart = Range { lo: viscous.times_plus(from, phi.lo), hi: viscous.times_plus(to, phi.hi) };
             let open = apart.lo < 0.0 && apart.hi > 0.0 && viscous > 0.0 && from < to;
             (from, if open { self.curve.friction_between(from, to, viscous) } else { apart })
         });
@@ -132,7 +133,7 @@ impl<'a> FarLoops<'a> {
         if self.curve.fastest() < f64::INFINITY {
             return f64::INFINITY;
         }
-        let hull = |of: &[(f64, Range)]| of.iter().map(|(_, range)| *range).fold(Range::NOTHING, Range::hull);
+        let hull = |of: &[(f64, Range)]| of.iter().map(|(_, range)| *range).fold(Range::EMPTY, Range::hull);
         let bounds = (1..psi.len()).filter(|at| psi[*at].0 >= self.belt_speed).filter_map(|at| {
             let (near, far) = psi.split_at(at);
             bound(&Parts { from: psi[at].0, near: hull(near), far: hull(far) })
@@ -254,11 +255,12 @@ fn pushes_from(curve: &Curve, unit: f64) -> Option<f64> {
         return None;
     }
     // Where large terms cancel a value of any sign may be rounding alone.
-    let may_resist = |phi: Interval| phi.is_bounded() && phi.hi >= NOTHING;
-    let resists = |u: f64| curve.phi(u) >= NOTHING || curve.formula(Interval::of(u)).is_some_and(may_resist);
-    let open = curve.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOTHING);
+    let may_resist = |phi: Interval| phi.is_bounded() && phi.hi >= NOT_NEGATIVE;
+    let resists =
+        |u: f64| curve.phi(u) >= NOT_NEGATIVE || curve.formula(Interval::of(u)).is_some_and(may_resist);
+    let open = curve.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOT_NEGATIVE);
     for ([from, to], _) in open {
-        let place = |i: u32| (to - from).mul_add(f64::from(i) / f64::from(SAMPLES), from);
+        let place = |i: u32| (to - from).times_plus(f64::from(i) / f64::from(SAMPLES), from);
         if let Some(first) = (0..=SAMPLES).find(|i| !resists(place(*i))) {
             let (mut low, mut high) = (place(first.saturating_sub(1)), place(first));
             while high - low > RESOLVED * high {

@@ -7,6 +7,7 @@
 
 use slipmap_model::point::ScaledGroups;
 use slipmap_numbers::Aligned;
+use slipmap_numbers::TimesPlus as _;
 
 /// The damping at which an orbit closes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +78,7 @@ impl Lanes {
             if GROWTH {
                 // dD / d ln r = r cos theta (b2 + 2 a k / x^3), and the square of the denominator times that.
                 let linear = self.b2[lane] * terms.denominator * terms.denominator;
-                let steepness = (self.a[lane] * self.k[lane]).mul_add(2.0 * terms.x, linear);
+                let steepness = (self.a[lane] * self.k[lane]).times_plus(2.0 * terms.x, linear);
                 by_log_r[lane] = angle.sin_squared * inverse * inverse * r[lane] * angle.cos * steepness;
             }
         }
@@ -87,14 +88,14 @@ impl Lanes {
     /// The divergence at scaled radius `r` as numerator / denominator, and turn = denominator dth/dt.
     #[inline(always)]
     fn terms(&self, lane: usize, angle: Angle, r: f64, room: &mut f64) -> Terms {
-        let s = (-r).mul_add(angle.cos, 1.0);
-        let x = self.k[lane].mul_add(s, 1.0);
+        let s = (-r).times_plus(angle.cos, 1.0);
+        let x = self.k[lane].times_plus(s, 1.0);
         let denominator = x * x;
-        let linear = self.b2[lane].mul_add(s, self.c[lane]);
-        let numerator = (-linear).mul_add(denominator, self.a[lane]);
-        let turn = numerator.mul_add(angle.sin_cos, denominator);
+        let linear = self.b2[lane].times_plus(s, self.c[lane]);
+        let numerator = (-linear).times_plus(denominator, self.a[lane]);
+        let turn = numerator.times_plus(angle.sin_cos, denominator);
         // The lower field continued above the belt line may have a pole.
-        let excess = (-SLOWEST_TURN).mul_add(denominator, turn);
+        let excess = (-SLOWEST_TURN).times_plus(denominator, turn);
         let distance = x - SLOWEST_TURN;
         let tightest = if excess < distance { excess } else { distance };
         *room = if tightest < *room { tightest } else { *room };

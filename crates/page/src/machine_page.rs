@@ -371,7 +371,10 @@ mod tests {
             ("mu_k", Spread::Normal { sd: 0.01 }),
         ];
         let text = text_of(sections(&all, &[], &uncertain, None));
+        let fitted = [("mu_k", Spread::Joint { row: [0.01, 0.0, 0.0, 0.0, 0.0, 0.0] })];
+        assert!(text_of(sections(&all, &[], &fitted, None)).contains("for the fitted curve and no other"));
         for part in [
+            ", for the values alone, without their spread\n",
             "mass: 2 kg ± 0.05 (sd)\nstiffness: 800 N/m\n",
             "with: mu_k = 0.25 ± 0.01 (sd), mus = 0.43\n",
             "damping: 4 N s/m, 3 to 5 (uniform) (damping ratio 0.05)\n",

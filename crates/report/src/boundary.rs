@@ -55,15 +55,6 @@ impl Sizes {
     }
 }
 
-/// The largest error and its column.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Worst {
-    /// The method's boundary minus the exact one; positive where the method claims too much.
-    pub(crate) error: f64,
-    /// Index of the column on each axis but the last.
-    pub(crate) column: Vec<usize>,
-}
-
 /// Errors of one method's boundary at one eps, over the columns in which both the method and the flow have
 /// a boundary at c >= 0.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -71,8 +62,8 @@ pub(crate) struct BoundaryError {
     pub(crate) sizes: Sizes,
     /// Sizes of the errors in those columns that have both boundaries at every eps, for the order.
     pub(crate) common: Sizes,
-    /// The error of largest absolute value.
-    pub(crate) worst: Option<Worst>,
+    /// The error of largest absolute value: the method's boundary minus the exact one, positive where it claims too much.
+    pub(crate) worst: Option<f64>,
     /// Number of columns in which the method's boundary exceeds the exact one by more than the error of the
     /// exact one.
     pub(crate) beyond: u64,
@@ -82,14 +73,24 @@ pub(crate) struct BoundaryError {
     pub(crate) only_method: u64,
 }
 
-/// The order p of an error that falls like eps^p, between two neighbouring eps: the local exponent. A line through
-/// all medians would mix eps at which the next term of the error matters with those at which it does not.
+/// The local exponent of an error between two neighbouring eps, from its medians. It is the order p of an error that falls
+/// like eps^p where the error is asymptotic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
     /// The two eps, the smaller first.
     pub epsilons: [f64; 2],
-    /// p, from the medians at the two.
-    pub order: f64,
+    pub exponent: f64,
+    /// How far the exponent is from p: an error C eps^p (1 + a eps) has the exponent p + a L between two eps, where L is
+    /// their logarithmic mean, and the next pair's exponent tells a. `None` for the largest pair.
+    pub deviation: Option<f64>,
+}
+
+impl Order {
+    /// The exponent where it is the order, to a tenth.
+    #[must_use]
+    pub fn asymptotic(&self) -> Option<f64> {
+        self.deviation.is_some_and(|deviation| deviation <= 0.1).then_some(self.exponent)
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -111,7 +112,7 @@ pub struct Boundaries {
     pub(crate) exact_error: Vec<Sizes>,
 }
 
-enum Source {
+enum Origin {
     Stored(String),
     Claim(&'static Test),
 }
@@ -129,8 +130,8 @@ impl Boundaries {
         for method in map.methods() {
             let variable = map.critical(method.name());
             let source = match method {
-                Method::Test(_) if map.has(&variable) => Source::Stored(variable),
-                Method::Test(test) => Source::Claim(test),
+                Method::Test(_) if map.has(&variable) => Origin::Stored(variable),
+                Method::Test(test) => Origin::Claim(test),
                 // The exact boundary, and methods that give verdicts, not critical dampings.
                 Method::Simulation | Method::Direct | Method::Naive(..) => continue,
             };
@@ -162,8 +163,8 @@ impl Boundaries {
             }
             for (source, method) in sources.iter().zip(&mut boundaries.methods) {
                 let edges = match source {
-                    Source::Stored(variable) => columns.stored(map, variable)?,
-                    Source::Claim(test) => columns.compute(f64::NAN, |columns| {
+                    Origin::Stored(variable) => columns.stored(map, variable)?,
+                    Origin::Claim(test) => columns.compute(f64::NAN, |columns| {
                         let claims = test.claims(&Columns::new(columns));
                         claims.iter().map(|claim| claim.edge().unwrap_or(f64::NAN)).collect()
                     }),
@@ -267,8 +268,8 @@ impl MethodBoundary {
                             errors.common.add(error);
                         }
                         errors.beyond += u64::from(error > resolution[position]);
-                        if errors.worst.as_ref().is_none_or(|worst| error.abs() > worst.error.abs()) {
-                            errors.worst = Some(Worst { error, column: block.index(position) });
+                        if errors.worst.is_none_or(|worst| error.abs() > worst.abs()) {
+                            errors.worst = Some(error);
                         }
                     }
                     (false, true) => errors.only_exact += 1,
@@ -291,16 +292,46 @@ fn orders(epsilons: &[f64], errors: &[BoundaryError], exact_error: &[Sizes]) -> 
             (median > exact.quantile(0.5)?).then_some((*epsilon, median))
         })
         .collect();
-    let order = |pair: &[(f64, f64)]| {
+    let exponent = |pair: &[(f64, f64)]| {
         let [(from, low), (to, high)] = [pair[0], pair[1]];
-        Order { epsilons: [from, to], order: (high / low).ln() / (to / from).ln() }
+        Order { epsilons: [from, to], exponent: (high / low).ln() / (to / from).ln(), deviation: None }
     };
-    medians.windows(2).map(order).collect()
+    let mut orders: Vec<Order> = medians.windows(2).map(exponent).collect();
+    let mean = |of: &Order| (of.epsilons[1] - of.epsilons[0]) / (of.epsilons[1] / of.epsilons[0]).ln();
+    for pair in 1..orders.len() {
+        let [own, next] = [mean(&orders[pair - 1]), mean(&orders[pair])];
+        let change = orders[pair].exponent - orders[pair - 1].exponent;
+        orders[pair - 1].deviation = Some((change * own / (next - own)).abs());
+    }
+    orders
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of an error C eps^p (1 + a eps), exactly but for the square of a eps.
+    #[test]
+    fn an_exponent_is_an_order_where_the_next_one_says_so() {
+        let layer = |size: f64| {
+            let mut errors = BoundaryError::default();
+            errors.common.add(size);
+            errors
+        };
+        let found = |epsilons: &[f64], a: f64| {
+            let errors: Vec<_> = epsilons.iter().map(|e| layer(0.3 * e * e * (1.0 + a * e))).collect();
+            let mut exact = Sizes::default();
+            exact.add(0.0);
+            orders(epsilons, &errors, &vec![exact; epsilons.len()])
+        };
+        let [first, last] = found(&[0.01, 0.1, 0.3], 0.5)[..] else { panic!("two pairs") };
+        let deviation = first.deviation.unwrap();
+        // The histogram's bins make an exponent uncertain by 1/2048 over the logarithm of the ratio.
+        assert!((first.exponent - 2.0 - deviation).abs() < 0.1 * deviation + 1e-3, "{first:?}");
+        assert_eq!(first.asymptotic(), Some(first.exponent));
+        assert_eq!(last.asymptotic(), None);
+        assert_eq!(found(&[0.3, 1.0, 3.0], 1.0)[0].asymptotic(), None);
+    }
 
     #[test]
     fn quantiles_are_within_their_error() {

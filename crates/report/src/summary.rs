@@ -4,7 +4,6 @@ use super::figure::picks;
 use super::tables::{friction, undetermined_regimes};
 use super::view::View;
 use super::{Confusion, Report, SIMULATION};
-use slipmap_certify::Guarantee;
 use slipmap_column::Verdict;
 use slipmap_figure::axis::extremes;
 use slipmap_figure::text::join;
@@ -114,14 +113,15 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
             0 => Rich::foreign(&format!("{name} no claims")),
             _ => Rich::foreign(&what),
         };
-        if matches!(method.guarantee(), Guarantee::FiniteEpsilon | Guarantee::Validated) {
+        if method.guarantee().is_rigorous() {
             proved.push(claims(format!("{name} {percent:.1} %")));
         } else if verdicts.simulation.is_some() {
             wrong.push(claims(format!("{name} {}", count(mistakes))));
         }
     }
     if !proved.is_empty() {
-        line("decided by proof", join(proved));
+        let all = 100.0 * verdicts.proved as f64 / map.grid().cells() as f64;
+        line("decided by proof", Rich::foreign(&format!("{all:.1} % of the cells: ")).then(join(proved)));
     }
     if !wrong.is_empty() {
         line("wrong cells", join(wrong));

@@ -65,9 +65,7 @@ fn percent(part: f64, whole: f64) -> Option<f64> {
 pub fn volume(view: &View, report: &Report) -> Table {
     let map = view.map;
     let verdicts = &report.verdicts;
-    // A volume over axes with units is told as a share of the box.
-    let is_share = view.units.machine.is_some();
-    let factor = if is_share { 100.0 / verdicts.box_volume } else { 1.0 };
+    let share = |volume: f64| percent(volume, verdicts.box_volume).into();
     let one_damping = map.grid().dampings().len() == 1;
     let mut rows = Vec::new();
     for (e, &epsilon) in map.grid().epsilons().iter().enumerate() {
@@ -86,58 +84,48 @@ pub fn volume(view: &View, report: &Report) -> Table {
             rows.push(vec![
                 Cell::Real(epsilon),
                 words(method.name()),
-                Cell::Real(volume.claimed * factor),
-                if one_damping { Cell::Missing } else { Cell::Real(volume.error_in_c * factor) },
-                Cell::Real(volume.error * factor),
-                percent(volume.claimed, verdicts.box_volume).into(),
+                share(volume.claimed),
+                if one_damping { Cell::Missing } else { share(volume.error_in_c) },
+                share(volume.error),
                 relative.and_then(|reference| percent(volume.claimed, reference.claimed)).into(),
                 relative_error.filter(|_| method.name() != SIMULATION && !one_damping).into(),
                 relative.and_then(|reference| percent(volume.confirmed, reference.claimed)).into(),
             ]);
         }
     }
-    let (what, c) = if is_share { ("share", "damping") } else { ("volume", "{c}") };
+    let c = if view.units.machine.is_some() { "damping" } else { "{c}" };
     let mut notes = vec![rich(&format!(
-        "The {what} is that of the points at which a method claims a stick-slip cycle, by the trapezoidal rule \
-         over the axes of more than one node except {{epsilon}}. Its error is bounded twice: along {c} alone, the nodes \
-         of the other axes taken as they are, by half of every step of {c} over which the verdict changes; and along \
-         all axes by the boxes between neighbouring nodes whose corners do not all have the same verdict, a bound that \
-         is wide where an axis has few nodes. The error of the percentage of the simulation is that along {c}. What a \
-         method claims beyond the ends of the axes, as above the largest {c}, is not counted. Confirmed: what the \
-         simulation finds, too."
+        "By the trapezoidal rule over the axes of more than one node except {{epsilon}}. The error is bounded twice: along \
+         {c} alone, the nodes of the other axes taken as they are, by half of every step of {c} over which the verdict \
+         changes; and along all axes by the boxes between neighbouring nodes whose corners do not all have the same \
+         verdict, a bound that is wide where an axis has few nodes. The error of the percentage of the simulation is \
+         that along {c}. What a method claims beyond the ends of the axes, as above the largest {c}, is not counted. \
+         Confirmed: what the simulation finds, too."
     ))];
     if verdicts.dimensions == 0 {
         notes.push(rich(
-            "No axis but that of {epsilon} has more than one node: the volume is 1 where the cycle is claimed, else 0.",
+            "No axis but that of {epsilon} has more than one node: the share is 100 % where the cycle is claimed, else 0.",
         ));
     }
     notes.extend(no_simulation(report));
-    let begins = match is_share {
-        true => "Share of the box of all axes in which each method claims a stick-slip cycle: ",
-        false => "Volume of parameter space in which each method claims a stick-slip cycle: ",
-    };
-    let key = |of: &str| format!("{what}{of}");
-    let mut table = Table {
+    Table {
         name: "volume",
-        caption: rich(begins).then(extents(view)).then("."),
+        caption: rich("Share of the box of all axes in which each method claims a stick-slip cycle: ")
+            .then(extents(view))
+            .then("."),
         columns: vec![
             Column::new("epsilon", "{epsilon}", EPSILON_DIGITS),
             Column::new("method", "method", Show::AsIs),
-            Column::new(&key(""), if is_share { "% of the box" } else { "volume" }, Show::Significant(4)),
-            Column::new(&key("_error_in_c"), &format!("± in {c}"), Show::Significant(2)),
-            Column::new(&key("_error"), "± in all", Show::Significant(2)),
-            Column::new("percent_of_box", "% of the box", Show::Decimals(2)),
+            Column::new("percent_of_box", "% of the box", Show::Significant(4)),
+            Column::new("percent_of_box_error_in_c", &format!("± in {c}"), Show::Significant(2)),
+            Column::new("percent_of_box_error", "± in all", Show::Significant(2)),
             Column::new("percent_of_simulation", "% of simulation", Show::Decimals(2)),
             Column::new("percent_of_simulation_error", "±", Show::Decimals(2)),
-            Column::new("percent_of_simulation_confirmed", "% of simulation, confirmed", Show::Decimals(2)),
+            Column::new("percent_of_simulation_confirmed", "confirmed", Show::Decimals(2)),
         ],
         rows,
         notes,
-    };
-    if is_share {
-        table.drop_column("percent_of_box");
     }
-    table
 }
 
 /// "alpha from 0 to 0.9, gamma = 2" for every axis but eps.

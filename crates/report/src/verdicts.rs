@@ -80,6 +80,8 @@ pub struct Verdicts {
     pub(crate) simulation: Option<usize>,
     /// `confusion[method][epsilon]`.
     pub(crate) confusion: Vec<Vec<Confusion>>,
+    /// Number of cells that one rigorous test at least decides.
+    pub(crate) proved: u64,
     /// `volumes[method][epsilon]`.
     pub volumes: Vec<Vec<Volume>>,
     /// Volume of the whole box of the axes.
@@ -99,6 +101,7 @@ impl Verdicts {
         let extents = axes.iter().filter(|axis| axis.role != AxisRole::Epsilon && axis.values.len() > 1);
         let mut verdicts = Self {
             simulation,
+            proved: 0,
             confusion: vec![vec![Confusion::default(); epsilons]; methods.len()],
             volumes: vec![vec![Volume::default(); epsilons]; methods.len()],
             box_volume: extents
@@ -120,6 +123,10 @@ impl Verdicts {
         let read =
             |method: usize| map.codes(&format!("verdict_{}", map.methods()[method].name()), &boxes.nodes);
         let simulated = self.simulation.map(read).transpose()?;
+        // Without an axis of eps there is one layer.
+        let layers = map.grid().epsilon_axis().map_or(0..1, |axis| tile.ranges[axis].clone());
+        let mut proved = vec![false; tile.cells()];
+        let per_layer = tile.cells() / layers.len().max(1);
         for method in 0..map.methods().len() {
             let own;
             let codes = match (&simulated, self.simulation == Some(method)) {
@@ -129,13 +136,17 @@ impl Verdicts {
                     &own
                 }
             };
-            // Without an axis of eps there is one layer.
-            let layers = map.grid().epsilon_axis().map_or(0..1, |axis| tile.ranges[axis].clone());
-            for (layer, epsilon) in layers.enumerate() {
+            for (layer, epsilon) in layers.clone().enumerate() {
                 let codes = layer_of(map.grid(), codes, layer);
                 let simulated = simulated.as_ref().map(|codes| layer_of(map.grid(), codes, layer));
                 let reference = simulated.as_ref().map(|codes| boxes.cells_only(codes));
-                let found = confusion(&boxes.cells_only(&codes), reference.as_ref());
+                let cells = boxes.cells_only(&codes);
+                let found = confusion(&cells, reference.as_ref());
+                if map.methods()[method].guarantee().is_rigorous() {
+                    for (proved, code) in proved[layer * per_layer..].iter_mut().zip(&cells) {
+                        *proved |= [Verdict::Absent.code(), Verdict::Present.code()].contains(code);
+                    }
+                }
                 self.confusion[method][epsilon].add(&found);
                 let volume = boxes.volume(&codes, simulated.as_ref());
                 let sum = &mut self.volumes[method][epsilon];
@@ -145,6 +156,7 @@ impl Verdicts {
                 sum.confirmed += volume.confirmed;
             }
         }
+        self.proved += proved.into_iter().map(u64::from).sum::<u64>();
         Ok(())
     }
 }

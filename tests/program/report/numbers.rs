@@ -61,9 +61,8 @@ fn volumes_are_those_of_the_boxes() {
         for method in all_methods() {
             let (claimed, error, in_c, confirmed) = measure(method);
             let row = row(&table, Some(epsilon), method);
-            assert_close(&row["volume"], claimed, SUMS);
-            assert_close(&row["volume_error"], error, SUMS);
-            assert_close(&row["volume_error_in_c"], in_c, SUMS);
+            assert_close(&row["percent_of_box_error"], 100.0 * error / whole, SUMS);
+            assert_close(&row["percent_of_box_error_in_c"], 100.0 * in_c / whole, SUMS);
             assert_close(&row["percent_of_box"], 100.0 * claimed / whole, SUMS);
             assert_close(&row["percent_of_simulation"], 100.0 * claimed / reference.0, SUMS);
             assert_close(&row["percent_of_simulation_confirmed"], 100.0 * confirmed / reference.0, SUMS);
@@ -215,12 +214,6 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
                 let worst = both.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap();
                 let Cell::Real(found) = row["worst_error"] else { panic!("{row:?}") };
                 assert!((found - worst.1).abs() <= slack, "{method} {epsilon}: {found} {}", worst.1);
-                for (axis, name) in [(0, "alpha"), (1, "beta"), (2, "gamma"), (3, "V")] {
-                    // Errors that differ by less than the slack may be in either order.
-                    let unique =
-                        both.iter().filter(|b| worst.1.abs() - b.1.abs() <= 2.0 * slack).count() == 1;
-                    assert!(!unique || row[name] == Cell::Real(axes[axis + 1].values[worst.0[axis]]));
-                }
                 let beyond = |tolerance: f64| {
                     let many = both.iter().filter(|(_, error, size)| *error > tolerance * size).count();
                     100.0 * many as f64 / both.len() as f64
@@ -255,13 +248,22 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
             assert_eq!(found.len(), medians.len() - 1);
             for (row, pair) in found.iter().zip(medians.windows(2)) {
                 let step = pair[1].0 - pair[0].0;
-                let Cell::Real(order) = row[3] else { panic!("{row:?}") };
+                let exponent = (pair[1].1 - pair[0].1) / step;
                 // Each of the two medians is off by half a bin at most.
                 let slack = 3.0 * BIN / step;
-                assert!(
-                    (order - (pair[1].1 - pair[0].1) / step).abs() <= slack,
-                    "{method}: {row:?} {pair:?}"
-                );
+                match (&row[3], &row[4]) {
+                    (Cell::Real(order), Cell::Real(error)) => {
+                        assert!(
+                            (order - exponent).abs() <= slack && *error <= 0.1,
+                            "{method}: {row:?} {pair:?}"
+                        );
+                    }
+                    (Cell::Missing, Cell::Real(error)) => assert!(*error > 0.1, "{method}: {row:?}"),
+                    (Cell::Missing, Cell::Missing) => {
+                        assert!(matches!(row[5], Cell::Words(_)), "{method}: {row:?}")
+                    }
+                    _ => panic!("{method}: {row:?}"),
+                }
             }
         }
     }

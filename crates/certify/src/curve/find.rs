@@ -12,6 +12,7 @@ use super::column::Stop;
 use super::follow::{End, State, Turned, Until};
 use super::{Kind, MOST_DEGREE, MOST_PIECES, OneWay};
 use slipmap_model::friction::Column;
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::chebyshev::node;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::roots::{Bracket, falling_root};
@@ -48,7 +49,7 @@ fn bernstein(t: f64) -> [f64; COUNT] {
     for degree in 1..COUNT {
         for i in (0..=degree).rev() {
             let before = if i > 0 { row[i - 1] } else { 0.0 };
-            row[i] = (1.0 - t).mul_add(row[i], t * before);
+            row[i] = (1.0 - t).times_plus(row[i], t * before);
         }
     }
     row
@@ -229,7 +230,7 @@ impl Half<'_> {
 /// The Bernstein polynomials of one degree less.
 fn lowered(row: &[f64; COUNT]) -> [f64; COUNT - 1] {
     let n = (COUNT - 1) as f64;
-    std::array::from_fn(|i| ((n - i as f64) / n).mul_add(row[i], (i as f64 + 1.0) / n * row[i + 1]))
+    std::array::from_fn(|i| ((n - i as f64) / n).times_plus(row[i], (i as f64 + 1.0) / n * row[i + 1]))
 }
 
 /// Finds curves of one column.

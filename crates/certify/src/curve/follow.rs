@@ -6,6 +6,7 @@
 
 use super::check::Field;
 use slipmap_model::friction::Polynomial;
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::jet::Real as _;
 
 /// Numbers of intervals of the modified midpoint rule: 2, 4, .., twice this.
@@ -145,7 +146,7 @@ impl<'a> Turned<'a> {
     /// The modified midpoint rule with `count` intervals over a time.
     fn midpoint(&self, from: State, rate: State, time: f64, count: usize) -> State {
         let h = time / count as f64;
-        let step = |a: State, rate: State, h: f64| [h.mul_add(rate[0], a[0]), h.mul_add(rate[1], a[1])];
+        let step = |a: State, rate: State, h: f64| [h.times_plus(rate[0], a[0]), h.times_plus(rate[1], a[1])];
         let (mut before, mut now) = (from, step(from, rate, h));
         for _ in 1..count {
             (before, now) = (now, step(before, self.rate(now), 2.0 * h));
@@ -166,7 +167,7 @@ impl<'a> Turned<'a> {
                 let weight = 1.0 / (ratio * ratio - 1.0);
                 let lower = row[k - 1];
                 row[k - 1] = value;
-                let better = [0, 1].map(|i| (value[i] - lower[i]).mul_add(weight, value[i]));
+                let better = [0, 1].map(|i| (value[i] - lower[i]).times_plus(weight, value[i]));
                 error = self.apart(better, value);
                 value = better;
             }

@@ -19,7 +19,7 @@ use slipmap_model::friction::Curve;
 use slipmap_numbers::chebyshev::{coefficients, node, sum};
 
 /// Size of a missed feature, in units of the largest |e|, that is within the errors of the law's polynomials.
-const NOTHING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-9;
 
 /// Features of a law that a backbone may miss.
 pub(super) struct Hidden {
@@ -41,7 +41,7 @@ impl Hidden {
         let radius = |x: f64| 0.5 * belt_speed * (1.0 + x);
         let values: Vec<f64> = (0..=intervals).map(|i| even(radius(node(i, intervals)))).collect();
         let series = coefficients(&values);
-        let known = truncation_error(&series).max(NOTHING * largest(&values));
+        let known = truncation_error(&series).max(ROUNDING * largest(&values));
         let mut ends: Vec<f64> = weakening.breaks().iter().map(|end| (end - belt_speed).abs()).collect();
         ends.retain(|amplitude| 0.0 < *amplitude && *amplitude < belt_speed);
         ends.push(belt_speed);

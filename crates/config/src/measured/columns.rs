@@ -6,23 +6,76 @@ use slipmap_machine::{Dimension, Motion};
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Role {
+pub(super) enum Role {
     Time,
     Speed,
+    /// The way or the angle, of which the speed is the slope over time.
+    Position,
     Friction,
+    /// The force that presses.
+    Normal,
     Error,
-    /// Something else that is known, such as the normal force.
+    /// Something else that is known.
     Other,
     /// The header does not say.
     Unknown,
 }
 
+/// The roles that a column may be given, with the words for them.
+const ROLES: [(Role, &str); 6] = [
+    (Role::Speed, "speed"),
+    (Role::Friction, "friction"),
+    (Role::Error, "error"),
+    (Role::Time, "time"),
+    (Role::Position, "position"),
+    (Role::Normal, "normal"),
+];
+
+/// The columns that were chosen: by name, with or without the unit, or by number.
+pub(super) type Chosen = Vec<(Role, String)>;
+
+/// What `speed=NAME, friction=NAME` chooses.
+///
+/// # Errors
+/// What is wrong, and a remedy.
+pub(super) fn chosen(text: &str) -> Result<Chosen, (String, String)> {
+    let mut all = Chosen::new();
+    for part in text.split(',') {
+        let role = part.split_once('=').and_then(|(word, name)| {
+            let role = ROLES.iter().find(|(_, known)| *known == word.trim())?.0;
+            Some((role, name.trim().to_owned()))
+        });
+        match (role, all.last_mut()) {
+            (Some((role, name)), _) if !name.is_empty() => all.push((role, name)),
+            // A name may have a comma.
+            (None, Some((_, name))) if !part.contains('=') => {
+                name.push(',');
+                name.push_str(part.trim_end());
+            }
+            _ => {
+                let known: Vec<String> = ROLES.iter().map(|(_, word)| format!("{word}=NAME")).collect();
+                return Err((
+                    format!("`{}` chooses no column", part.trim()),
+                    format!("write {}", known.join(", ")),
+                ));
+            }
+        }
+    }
+    Ok(all)
+}
+
 /// The columns that are read, by position.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
-    pub(super) time: Option<usize>,
+    /// That of the time, and its unit in seconds.
+    pub(super) time: Option<(usize, f64)>,
+    /// That of the slip speed, or of the position of which it is the slope.
     pub(super) speed: usize,
+    /// The name of the position, where it is one.
+    pub(super) position: Option<String>,
     pub(super) friction: usize,
+    /// That of the normal force, by which the friction is divided.
+    pub(super) normal: Option<usize>,
     pub(super) error: Option<usize>,
     /// Factors that convert speeds and friction.
     pub(super) factors: [f64; 2],
@@ -39,16 +92,127 @@ pub(super) type Header = (usize, Vec<String>);
 /// Number of fields named in a message.
 const NAMED: usize = 6;
 
+/// The columns that hold numbers, with their names.
+struct Table<'a> {
+    header: Option<&'a Header>,
+    numeric: &'a [usize],
+    roles: Vec<(usize, Role)>,
+}
+
+impl<'a> Table<'a> {
+    /// The table, with the roles that its header says, and those that were chosen.
+    fn new(header: Option<&'a Header>, numeric: &'a [usize], chosen: &Chosen) -> Result<Self, Refused> {
+        let mut table = Self { header, numeric, roles: Vec::new() };
+        let by_header = |&column: &usize| (column, role(table.name(column)));
+        table.roles = numeric.iter().map(by_header).collect();
+        for (role, wanted) in chosen {
+            let is_it =
+                |name: &str| name.eq_ignore_ascii_case(wanted) || bare(name).eq_ignore_ascii_case(wanted);
+            let by_name = numeric.iter().copied().find(|column| is_it(table.name(*column)));
+            let by_number =
+                || wanted.parse().ok().filter(|number| numeric.iter().any(|column| column + 1 == *number));
+            let Some(column) = by_name.or_else(|| by_number().map(|number: usize| number - 1)) else {
+                let problem =
+                    format!("no column of numbers has the name `{wanted}`; there are {}", table.names());
+                return Err(
+                    table.refused(problem, "choose one of these names, or the number of the column".into())
+                );
+            };
+            for (of, known) in &mut table.roles {
+                if *of == column {
+                    *known = *role;
+                } else if *known == *role && !chosen.iter().any(|(_, name)| is_named(header, *of, name)) {
+                    *known = Role::Other;
+                }
+            }
+        }
+        Ok(table)
+    }
+
+    fn name(&self, column: usize) -> &'a str {
+        self.header.and_then(|(_, fields)| fields.get(column)).map_or("", String::as_str)
+    }
+
+    fn names(&self) -> String {
+        let told = |&column: &usize| match self.name(column) {
+            "" => format!("column {}", column + 1),
+            name => name.to_owned(),
+        };
+        self.numeric.iter().map(told).take(NAMED).collect::<Vec<_>>().join(", ")
+    }
+
+    fn refused(&self, problem: String, remedy: String) -> Refused {
+        Refused { line: self.header.map(|(line, _)| *line), problem, remedy }
+    }
+
+    fn of(&self, wanted: Role) -> Vec<usize> {
+        self.roles.iter().filter(|(_, role)| *role == wanted).map(|(column, _)| *column).collect()
+    }
+
+    /// The one column of a role, but for set points beside what was measured; `None` where there is none.
+    fn one(&self, role: Role, what: &str) -> Result<Option<usize>, Refused> {
+        let all = self.of(role);
+        let measured: Vec<usize> =
+            all.iter().copied().filter(|column| !is_set_point(self.name(*column))).collect();
+        match if measured.is_empty() { all } else { measured }[..] {
+            [] => Ok(None),
+            [one] => Ok(Some(one)),
+            [one, other, ..] => {
+                let problem =
+                    format!("`{}` and `{}` may both be the {what}", self.name(one), self.name(other));
+                let remedy = format!("say which it is: column {}=NAME", word_of(role));
+                Err(self.refused(problem, remedy))
+            }
+        }
+    }
+
+    /// Why there is no column of the slip speed or the friction.
+    fn missing(&self, what: &str) -> Refused {
+        let problem = format!("no column is the {what}; there are {}", self.names());
+        let is_current = |column: &&usize| {
+            unit_of(self.name(**column), "")
+                .is_some_and(|unit| ["A", "mA", "Arms", "A rms"].contains(&unit.as_str()))
+        };
+        let remedy = match self.numeric.iter().find(is_current) {
+            Some(current) if what == "friction" => format!(
+                "multiply `{}` by the torque constant of the motor, and name it torque [N m]",
+                self.name(*current)
+            ),
+            _ => {
+                "name the columns speed and friction, or say which they are: column speed=NAME,friction=NAME"
+                    .into()
+            }
+        };
+        self.refused(problem, remedy)
+    }
+}
+
+/// Whether this column has this name.
+fn is_named(header: Option<&Header>, column: usize, wanted: &str) -> bool {
+    let name = header.and_then(|(_, fields)| fields.get(column)).map_or("", String::as_str);
+    name.eq_ignore_ascii_case(wanted) || bare(name).eq_ignore_ascii_case(wanted)
+}
+
+/// A name without its unit.
+fn bare(name: &str) -> &str {
+    bracketed(name).map_or(name, |(before, _)| before)
+}
+
+fn word_of(role: Role) -> &'static str {
+    ROLES.iter().find(|(known, _)| *known == role).map_or("", |(_, word)| word)
+}
+
 /// Finds the columns among those that hold numbers.
 pub(super) fn find(
     header: Option<&Header>,
     numeric: &[usize],
     machine: Option<OfMachine>,
+    chosen: &Chosen,
 ) -> Result<Columns, Refused> {
-    let name = |column: usize| header.and_then(|(_, fields)| fields.get(column)).map_or("", String::as_str);
-    let line = header.map(|(line, _)| *line);
-    let refused = |problem: String, remedy: String| Refused { line, problem, remedy };
-    let named = numeric.iter().filter(|column| !name(**column).is_empty()).count();
+    let table = Table::new(header, numeric, chosen)?;
+    let name = |column: usize| table.name(column);
+    let refused = |problem: String, remedy: String| table.refused(problem, remedy);
+    let named = numeric.iter().filter(|column| !name(**column).is_empty()).count() + chosen.len();
     match (numeric.len(), named) {
         (0 | 1, _) => {
             return Err(refused(
@@ -60,55 +224,48 @@ pub(super) fn find(
             return Err(Refused::whole(
                 "there are three columns of numbers without a header: slip speed, friction and its standard error, or \
                  time, slip speed and friction",
-                "write the header `speed,friction,se` or `time,speed,friction` above them",
+                "write the header `speed,friction,se` or `time,speed,friction` above them, or say column \
+                 speed=2,friction=3",
             ));
         }
         (more @ 4.., 0) => {
             return Err(Refused::whole(
                 &format!("there are {more} columns of numbers without a header"),
-                "name them in the first line: speed, friction, and se if there is a standard error of the friction; if \
-                 these are decimal commas, separate the columns by semicolons",
+                "name them in the first line: speed, friction, and se if there is a standard error of the friction, or \
+                 say column speed=2,friction=3; if these are decimal commas, separate the columns by semicolons",
             ));
         }
         _ => {}
     }
-    let roles: Vec<(usize, Role)> = numeric.iter().map(|&column| (column, role(name(column)))).collect();
-    let of = |wanted: Role| {
-        let found = roles.iter().filter(move |(_, role)| *role == wanted).map(|(column, _)| *column);
-        found.collect::<Vec<usize>>()
+    let mut unknown = table.of(Role::Unknown).into_iter();
+    let time = table.one(Role::Time, "time")?;
+    let mut speed = table.one(Role::Speed, "slip speed")?;
+    let mut position = None;
+    if speed.is_none()
+        && let Some(column) = table.one(Role::Position, "position")?
+    {
+        if time.is_none() {
+            let problem = format!("`{}` is a position, and no column is the time", name(column));
+            return Err(refused(
+                problem,
+                "give the times of the rows, or slip speeds in place of positions".into(),
+            ));
+        }
+        (speed, position) = (Some(column), Some(name(column).to_owned()));
+    }
+    let speed = speed.or_else(|| unknown.next()).ok_or_else(|| table.missing("slip speed"))?;
+    // A rig that divides by the normal force itself writes the forces, too.
+    let forces = machine.and_then(|machine| machine.forces);
+    let all = table.of(Role::Friction);
+    let coefficients: Vec<usize> =
+        all.iter().copied().filter(|column| is_coefficient(name(*column))).collect();
+    let friction = match coefficients[..] {
+        [one] if all.len() > 1 && forces != Some(true) => Some(one),
+        _ => table.one(Role::Friction, "friction")?,
     };
-    let two = |what: &str, one: usize, other: usize| {
-        refused(
-            format!("`{}` and `{}` may both be the {what}", name(one), name(other)),
-            "give the one that is not another name, or take it out".into(),
-        )
-    };
-    let mut unknown = of(Role::Unknown).into_iter();
-    let missing = |what: &str| {
-        let fields: Vec<&str> = numeric.iter().map(|&column| name(column)).take(NAMED).collect();
-        refused(
-            format!("no column is the {what}; there are {}", fields.join(", ")),
-            "name the columns speed and friction".into(),
-        )
-    };
-    let mut find = |role: Role, what: &str| match of(role)[..] {
-        [one] => Ok(one),
-        [one, other, ..] => Err(two(what, one, other)),
-        [] => unknown.next().ok_or_else(|| missing(what)),
-    };
-    let (speed, friction) = (find(Role::Speed, "slip speed")?, find(Role::Friction, "friction")?);
-    let errors = of(Role::Error);
+    let friction = friction.or_else(|| unknown.next()).ok_or_else(|| table.missing("friction"))?;
+    let errors = table.of(Role::Error);
     let error = errors.iter().find(|column| **column > friction).or(errors.first()).copied();
-    let time = of(Role::Time).first().copied();
-    let read = [Some(speed), Some(friction), error, time];
-    let mut said = Vec::new();
-    let unused = numeric.iter().filter(|column| !read.contains(&Some(**column)));
-    let unused: Vec<String> = unused
-        .map(|&column| match name(column) {
-            "" => format!("column {}", column + 1),
-            name => format!("`{name}`"),
-        })
-        .collect();
     if let Some(column) = error
         && is_deviation(name(column))
     {
@@ -129,48 +286,70 @@ pub(super) fn find(
             "write the slip speeds and the friction themselves".into(),
         ));
     }
+    let mut said = Vec::new();
     if header.is_none() || (speed, friction) != (0, 1) {
         let why = if header.is_none() { "no header: " } else { "" };
-        said.push(format!("{why}slip speed in column {}, friction in column {}", speed + 1, friction + 1));
+        let what = if position.is_some() { "position" } else { "slip speed" };
+        said.push(format!("{why}{what} in column {}, friction in column {}", speed + 1, friction + 1));
     }
     let mut columns = Columns {
-        time,
+        time: time.map(|column| (column, 1.0)),
         speed,
+        position,
         friction,
+        normal: None,
         error,
         factors: [1.0; 2],
-        forces: machine.and_then(|machine| machine.forces),
+        forces,
         motion: machine.and_then(|machine| machine.motion).unwrap_or(Motion::Translation),
         said,
     };
     if let Some(machine) = machine {
-        columns
-            .read_units([name(speed), name(friction), error.map_or("", name)], machine)
-            .map_err(|(problem, remedy)| refused(problem, remedy))?;
+        columns.read_units(&table, machine).map_err(|(problem, remedy)| refused(problem, remedy))?;
     }
-    match unused.as_slice() {
-        [] => {}
-        [one] => columns.said.push(format!("{one} not used")),
-        more => columns.said.push(format!("{} not used", more.join(", "))),
+    let read = [Some(speed), Some(friction), columns.error, time, columns.normal];
+    let unused: Vec<String> = numeric
+        .iter()
+        .filter(|column| !read.contains(&Some(**column)))
+        .map(|&column| match name(column) {
+            "" => format!("column {}", column + 1),
+            name => format!("`{name}`"),
+        })
+        .collect();
+    if !unused.is_empty() {
+        columns.said.push(format!("{} not used", unused.join(", ")));
     }
     Ok(columns)
 }
 
 impl Columns {
     /// Reads the units of the slip speeds, the friction and its errors.
-    fn read_units(
-        &mut self,
-        [speed, friction, error]: [&str; 3],
-        machine: OfMachine,
-    ) -> Result<(), (String, String)> {
-        let turns = || is_of(speed, Motion::Rotation.unit(Dimension::Velocity));
+    fn read_units(&mut self, table: &Table, machine: OfMachine) -> Result<(), (String, String)> {
+        let error = self.error.map_or("", |column| table.name(column));
+        let [speed, friction] = [self.speed, self.friction].map(|column| table.name(column));
+        let is_position = self.position.is_some();
+        let of_speed = if is_position { Dimension::Length } else { Dimension::Velocity };
+        let turns = || is_of(speed, Motion::Rotation.unit(of_speed));
         self.motion = match machine.motion {
             Some(motion) => motion,
             None if turns() => Motion::Rotation,
             None => Motion::Translation,
         };
         let force = self.motion.unit(Dimension::Force);
-        if self.forces.is_none() {
+        // A force beside the one that presses is a coefficient, row by row, unless the force itself is wanted.
+        let normal = match table.of(Role::Normal)[..] {
+            [one] if machine.forces != Some(true) => Some(one),
+            _ => None,
+        };
+        let is_force = |name: &str| is_of(name, force);
+        let is_divided = |normal: &usize| match [friction, table.name(*normal)] {
+            both if both.iter().all(|name| unit_of(name, force).is_none()) => !is_coefficient(friction),
+            both => both.into_iter().all(is_force),
+        };
+        let normal = normal.filter(is_divided);
+        if normal.is_some() {
+            self.forces = Some(true);
+        } else if self.forces.is_none() {
             // The unit says which of the two it is.
             self.forces = match [force, ""].map(|wanted| is_of(friction, wanted)) {
                 [true, false] => Some(true),
@@ -178,9 +357,16 @@ impl Columns {
                 _ => None,
             };
         }
+        if is_share(friction) && normal.is_none() {
+            let problem = format!("`{friction}` is a share of a rated force or torque, which is not known");
+            let remedy = "multiply it by the rated one, of the data sheet of the drive, and name it torque [N m] or \
+                          force [N]";
+            return Err((problem, remedy.into()));
+        }
         let forces = self.forces == Some(true);
         let of_friction = if forces { force } else { "" };
-        let velocity = self.motion.unit(Dimension::Velocity);
+        let velocity = self.motion.unit(of_speed);
+        let what = if is_position { "positions" } else { "slip speeds" };
         let mut read = |field: &str, what: &str, wanted: &str| -> Result<f64, (String, String)> {
             let (factor, unit) = factor(field, what, wanted)?;
             if factor != 1.0 {
@@ -188,9 +374,11 @@ impl Columns {
             }
             Ok(factor)
         };
-        let speeds = read(speed, "slip speeds", velocity)?;
-        let no_unit = unit_of(speed, velocity).is_none() && unit_of(friction, of_friction).is_some();
+        let speeds = read(speed, what, velocity)?;
         let levels = read(friction, "friction", of_friction)?;
+        if let (Some((column, factor)), true) = (&mut self.time, is_position) {
+            *factor = read(table.name(*column), "times", self.motion.unit(Dimension::Time))?;
+        }
         if !error.is_empty() && factor(error, "standard errors", of_friction)?.0 != levels {
             // An error without a unit is in that of the friction.
             if unit_of(error, of_friction).is_some() {
@@ -198,10 +386,17 @@ impl Columns {
                 return Err((problem.into(), "convert them, or correct the header".into()));
             }
         }
-        if no_unit {
-            self.said.push(format!("slip speeds have no unit and are read in {velocity}"));
+        let normal_factor = normal.map(|column| read(table.name(column), "normal force", of_friction));
+        if unit_of(speed, velocity).is_none() {
+            self.said.push(format!("{what} have no unit and are read in {velocity}"));
         }
         self.factors = [speeds, levels];
+        if let (Some(column), Some(factor)) = (normal, normal_factor) {
+            let name = table.name(column);
+            self.factors[1] /= factor?;
+            self.said.push(format!("coefficients: `{friction}` over `{name}`, row by row"));
+            (self.normal, self.forces) = (normal, Some(false));
+        }
         Ok(())
     }
 }
@@ -293,6 +488,30 @@ pub(super) fn are_names(fields: &[String]) -> bool {
     has(Role::Speed) && has(Role::Friction)
 }
 
+/// Whether a header calls its column what was demanded, not what was measured.
+fn is_set_point(field: &str) -> bool {
+    let demanded = ["setpoint", "demand", "command", "target", "soll", "desired", "reference"];
+    let text = field.to_lowercase();
+    demanded.iter().any(|word| text.contains(word))
+        || words(field).iter().any(|word| ["set", "cmd", "ref", "sp"].contains(&word.as_str()))
+}
+
+/// Whether a header says that its column is a coefficient of friction.
+fn is_coefficient(field: &str) -> bool {
+    let known = ["mu", "µ", "μ", "cof", "coefficient", "reibwert"];
+    words(field).iter().any(|word| known.contains(&word.as_str()))
+}
+
+/// Parts of the names of forces and torques.
+const FORCES: [&str; 6] = ["force", "torque", "kraft", "moment", "couple", "trq"];
+
+/// Whether a header says that its column is a force in per cent, or in other parts of one that is not known.
+fn is_share(field: &str) -> bool {
+    let text = field.to_lowercase();
+    FORCES.iter().any(|part| text.contains(part))
+        && ["%", "‰", "percent", "per cent", "per mil", "per thousand"].iter().any(|part| text.contains(part))
+}
+
 fn role(field: &str) -> Role {
     let (text, words) = (field.to_lowercase(), words(field));
     let any = |of: &[&str]| words.iter().any(|word| of.contains(&word.as_str()));
@@ -306,31 +525,41 @@ fn role(field: &str) -> Role {
     {
         return Role::Error;
     }
+    let [line, turn] = [Motion::Translation, Motion::Rotation];
     let kinds = [
-        (Role::Speed, Motion::Translation.unit(Dimension::Velocity)),
-        (Role::Speed, Motion::Rotation.unit(Dimension::Velocity)),
-        (Role::Friction, Motion::Translation.unit(Dimension::Force)),
-        (Role::Friction, Motion::Rotation.unit(Dimension::Force)),
-        (Role::Time, Motion::Translation.unit(Dimension::Time)),
+        (Role::Speed, line.unit(Dimension::Velocity)),
+        (Role::Speed, turn.unit(Dimension::Velocity)),
+        (Role::Friction, line.unit(Dimension::Force)),
+        (Role::Friction, turn.unit(Dimension::Force)),
+        (Role::Time, line.unit(Dimension::Time)),
+        (Role::Position, line.unit(Dimension::Length)),
+        (Role::Position, turn.unit(Dimension::Length)),
     ];
     let by_unit = kinds.into_iter().find(|(_, unit)| is_of(field, unit)).map(|(role, _)| role);
-    let is_normal = has(&["normal", "load", "pressure"])
-        || ["fn", "n"].contains(&words.concat().as_str()) && by_unit == Some(Role::Friction);
+    let other_unit = bracketed(field).is_some_and(|(before, inside)| !is_remark(field, before, inside));
+    let is_normal = has(&["normal", "load", "pressure", "druck"])
+        && by_unit.is_none_or(|role| role == Role::Friction)
+        || ["fn", "n", "fz"].contains(&words.concat().as_str()) && by_unit == Some(Role::Friction);
     if is_normal {
-        return Role::Other;
+        return if other_unit && by_unit != Some(Role::Friction) { Role::Other } else { Role::Normal };
     }
     if let Some(role) = by_unit {
         return role;
     }
-    if has(&["speed", "veloc", "geschw", "slip", "rpm"]) || any(&["v", "u", "vrel", "omega", "ω", "w"]) {
+    let lengths = ["position", "distance", "displacement", "travel", "angle", "winkel"];
+    if has(&lengths) || any(&["pos", "weg", "x"]) {
+        return if other_unit { Role::Other } else { Role::Position };
+    }
+    if has(&["speed", "velo", "geschw", "slip", "rpm", "drehzahl", "vitesse"])
+        || any(&["v", "u", "vrel", "omega", "ω", "w"])
+    {
         return Role::Speed;
     }
-    let coefficient = ["mu", "µ", "μ", "phi", "φ", "cof", "f", "ff", "fr", "ft", "force", "torque", "muk"];
-    if has(&["friction", "reib", "torque", "force"]) || any(&coefficient) {
+    let coefficient = ["phi", "φ", "f", "ff", "fr", "ft", "fx", "muk"];
+    if has(&["friction", "reib", "frott"]) || has(&FORCES) || is_coefficient(field) || any(&coefficient) {
         return Role::Friction;
     }
-    let other_unit = bracketed(field).is_some_and(|(before, inside)| !is_remark(field, before, inside));
-    match has(&["time", "zeit"]) || any(&["t"]) {
+    match has(&["time", "zeit", "temps"]) || any(&["t"]) {
         true if !other_unit => Role::Time,
         _ if other_unit
             || has(&["temp", "count", "note", "remark", "number"])

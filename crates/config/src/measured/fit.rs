@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::Measured;
 use slipmap_fit::{Fit, Form, NoFit, Reading, Reduced, fits};
 use slipmap_machine::{AREA, Coefficients, Dimension, NORMAL_FORCE, PRESSURE, RADIUS};
-use slipmap_numbers::text::{known_part, rounded, short};
+use slipmap_numbers::text::{known_part, rounded, short, with_error};
 use toml_edit::{DocumentMut, Item, TomlError};
 
 /// A law fitted to measured friction, in SI units.
@@ -35,6 +35,8 @@ pub struct FittedLaw {
     static_standard_error: Option<f64>,
 }
 
+/// Standard errors from which friction rises.
+const SURE: f64 = 2.0;
 /// Difference of Akaike's criterion up to which a law is about as good as the best one.
 const AS_GOOD: f64 = 4.0;
 
@@ -58,13 +60,15 @@ pub struct Fitted {
     fits: Vec<FittedLaw>,
     /// The number of laws that are about as good as the best one.
     about_as_good: usize,
+    /// That there is no stick-slip, and why; `None` for friction that falls or drops.
+    no_stick_slip: Option<String>,
     /// Slip speeds of the residuals: those of the readings, of a record over time those of its means.
     slip_speeds: Vec<f64>,
     /// Readings less the law.
     residuals: Vec<f64>,
-    /// Number of changes of sign of the residuals less that of independent ones, in standard deviations: far below 0 where
-    /// the law does not follow the readings.
-    residual_runs: f64,
+    /// How much more the residuals follow smooth curves than by chance, in standard deviations: far above 0 where the law does
+    /// not follow the readings.
+    lack_of_fit: f64,
 }
 
 /// Largest number of independent readings that are fitted themselves.
@@ -112,8 +116,8 @@ impl Measured {
                     "check the sign, and the zero of the measurement".into(),
                 ),
                 NoFit::None => (
-                    "no law that falls as slip begins follows from the readings",
-                    "measure nearer to rest, or take the readings as they are: law = \"table\"".into(),
+                    "no law follows from the readings",
+                    "take the readings as they are: law = \"table\"".into(),
                 ),
             };
             (format!("{}: {problem}", self.name), remedy)
@@ -155,9 +159,10 @@ impl Measured {
             fit: law(chosen),
             fits: fits.all.iter().map(law).collect(),
             about_as_good: fits.about_as_good(),
+            no_stick_slip: self.no_stick_slip(chosen),
             slip_speeds: fits.slip_speeds.clone(),
             residuals: chosen.residuals.clone(),
-            residual_runs: chosen.runs,
+            lack_of_fit: chosen.lack,
         }
     }
 
@@ -189,6 +194,24 @@ impl Measured {
         Ok(([knots.collect(), rest.into_iter().collect()], Some(curve)))
     }
 
+    /// That there is no stick-slip, and why; `None` for friction that falls or drops, or may fall.
+    pub fn no_stick_slip(&self, fit: &Fit) -> Option<String> {
+        let [.., rise] = fit.values[..] else { return None };
+        let error = fit.errors().last().copied()?;
+        match (fit.form.falls(), fit.form.viscous) {
+            (true, _) => None,
+            (false, false) => {
+                Some("friction neither falls nor drops: no stick-slip at any damping above 0".into())
+            }
+            (false, true) if rise > SURE * error => Some(format!(
+                "friction rises with the slip speed by {} {}: no stick-slip at any damping",
+                with_error(rise, error),
+                self.unit_of("B")
+            )),
+            (false, true) => None,
+        }
+    }
+
     /// Whether the friction is a force; where nothing says so it is a coefficient.
     pub fn holds_forces(&self) -> bool {
         self.forces == Some(true)
@@ -215,11 +238,12 @@ impl Measured {
     }
 
     /// A configuration of a machine with a fit in place of its friction: without `[friction]`, coefficients, and of
-    /// forces without a normal force.
+    /// forces without a normal force. What is left out of a normal force is the second one; of coefficients at a normal force
+    /// that of the measurement stands where the machine has none.
     ///
     /// # Errors
-    /// What is no configuration of a machine, and a remedy.
-    pub fn into_configuration(&self, fit: &Fit, text: &str) -> Result<String, (String, String)> {
+    /// What is no configuration of a machine, or one with several normal forces for a fit of forces, and a remedy.
+    pub fn into_configuration(&self, fit: &Fit, text: &str) -> Result<(String, String), (String, String)> {
         let no_machine = |problem: String| {
             (
                 problem,
@@ -230,13 +254,27 @@ impl Measured {
             text.parse().map_err(|why: TomlError| no_machine(why.to_string().trim().to_owned()))?;
         let machine = document.get_mut("machine").and_then(Item::as_table_like_mut);
         let machine = machine.ok_or_else(|| no_machine("it has no table [machine]".into()))?;
-        let of_normal_force = [NORMAL_FORCE, PRESSURE, AREA, RADIUS];
-        let of_normal_force = of_normal_force.into_iter().filter(|_| self.holds_forces());
-        for name in Coefficients::NAMES.into_iter().chain(of_normal_force) {
+        for name in Coefficients::NAMES {
             machine.remove(name);
         }
+        let mut left_out = Vec::new();
+        for name in [NORMAL_FORCE, PRESSURE, AREA, RADIUS].into_iter().filter(|_| self.holds_forces()) {
+            let Some(value) = machine.remove(name) else { continue };
+            if value.is_array() || value.is_table_like() {
+                let problem =
+                    format!("{name} is more than one number, and the fit is a force at one normal force");
+                let remedy = "give that of the measurement: --normal-force \"5 kN\" makes coefficients";
+                return Err((problem, remedy.into()));
+            }
+            left_out.push(format!("{name} = {}", value.to_string().trim()));
+        }
+        let has = |name: &str| machine.contains_key(name);
+        if let Some(normal_force) = self.normal_force.filter(|_| !has(NORMAL_FORCE) && !has(PRESSURE)) {
+            machine.insert(NORMAL_FORCE, toml_edit::value(normal_force));
+        }
         document.remove("friction");
-        Ok(format!("{}\n{}", document.to_string().trim_end(), self.to_toml(fit)))
+        let text = format!("{}\n{}", document.to_string().trim_end(), self.to_toml(fit));
+        Ok((text, left_out.join(", ")))
     }
 
     /// A fit as the table `[friction]` of a configuration, complete in SI units.
@@ -301,7 +339,8 @@ fn all_words(forms: impl Iterator<Item = Form>) -> String {
 pub fn words_of(form: Form) -> String {
     use slipmap_fit::Shape;
     let fall = match form.shape {
-        Shape::None => "two coefficients",
+        Shape::None if form.drop => "two coefficients",
+        Shape::None => "constant",
         Shape::Exponential => "exponential",
         Shape::Gaussian => "gaussian",
         Shape::Stretched => "stretched",

@@ -5,13 +5,15 @@ mod columns;
 mod fit;
 mod reduced;
 mod rows;
+mod slopes;
 mod table;
 mod text;
 
 use std::io::Read as _;
 use std::path::Path;
 
-use slipmap_machine::Motion;
+use super::units::number_in;
+use slipmap_machine::{Dimension, Motion};
 
 pub use fit::{Fits, Fitted, FittedLaw, law_of, words_of};
 pub use table::Level;
@@ -93,7 +95,7 @@ impl Direction {
 }
 
 /// How a file is to be read.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct How {
     /// The machine whose friction it is, in SI units; `None` for that of the oscillator.
     pub machine: Option<OfMachine>,
@@ -101,14 +103,26 @@ pub struct How {
     pub kind: Option<Kind>,
     /// Of which direction of slip.
     pub direction: Direction,
+    /// The columns that were chosen.
+    chosen: columns::Chosen,
 }
 
 impl How {
-    /// The kind of rows and the direction of these names.
+    /// The same for the friction of a machine.
+    #[must_use]
+    pub fn of(self, machine: Option<OfMachine>) -> Self {
+        Self { machine, ..self }
+    }
+
+    /// The kind of rows and the direction of these names, and the columns of `speed=NAME, friction=NAME`.
     ///
     /// # Errors
     /// The name that there is not, and those that there are.
-    pub fn named(kind: Option<&str>, direction: Option<&str>) -> Result<Self, (String, String)> {
+    pub fn named(
+        kind: Option<&str>,
+        direction: Option<&str>,
+        column: Option<&str>,
+    ) -> Result<Self, (String, String)> {
         fn of<T: Copy>(
             what: &str,
             name: Option<&str>,
@@ -124,7 +138,8 @@ impl How {
             name.map(find).transpose()
         }
         let direction = of("direction", direction, &Direction::NAMES)?.unwrap_or_default();
-        Ok(Self { machine: None, kind: of("kind of rows", kind, &Kind::NAMES)?, direction })
+        let chosen = column.map_or(Ok(Vec::new()), columns::chosen)?;
+        Ok(Self { machine: None, kind: of("kind of rows", kind, &Kind::NAMES)?, direction, chosen })
     }
 }
 
@@ -160,10 +175,14 @@ pub struct Measured {
     pub is_record: bool,
     /// Whether the friction is a force, or of a rotation a torque; `None` where nothing says so.
     pub forces: Option<bool>,
+    /// The normal force by which the forces of the file were divided.
+    pub normal_force: Option<f64>,
     /// Whether the slip speeds are those of a rotation.
     pub motion: Motion,
     /// Whether the rows are the law itself, as those of an oscillator are.
     pub is_law: bool,
+    /// The standard error of the slip speeds that follow from positions; 0 for others.
+    pub error_of_speed: f64,
     /// What has been understood, one phrase each.
     pub said: Vec<String>,
 }
@@ -199,6 +218,35 @@ impl Measured {
     /// The problem with its line, and a remedy.
     pub fn of_bytes(name: &str, bytes: &[u8], how: How) -> Result<Self, (String, String)> {
         rows::read(name, bytes, how).map_err(|refused| refused.told(name))
+    }
+
+    /// Coefficients in place of the forces, at the normal force of this text: "5 kN". That of a rotation is a torque.
+    ///
+    /// # Errors
+    /// The friction is none, or the text, and a remedy.
+    pub fn over(mut self, text: &str) -> Result<Self, (String, String)> {
+        let unit = self.motion.unit(Dimension::Force);
+        let number =
+            number_in(text, unit).map(|(number, _)| number).or_else(|why| text.parse().map_err(|_| why));
+        let normal_force =
+            number.map_err(|why| (format!("the normal force: {why}"), format!("write it as 5000 {unit}")))?;
+        if !(normal_force > 0.0 && normal_force.is_finite()) {
+            return Err((
+                format!("the normal force is {normal_force}"),
+                "give one that is greater than 0".into(),
+            ));
+        }
+        if self.forces == Some(false) {
+            let problem = format!("{}: the friction is a coefficient already", self.name);
+            return Err((problem, "leave the normal force out".into()));
+        }
+        for row in self.at_rest.iter_mut().chain(&mut self.in_slip) {
+            row.friction /= normal_force;
+            row.error /= normal_force;
+        }
+        self.said.push(format!("coefficients: the friction over {normal_force} {unit}"));
+        (self.forces, self.normal_force) = (Some(false), Some(normal_force));
+        Ok(self)
     }
 
     /// What has been understood of the file, in one line; `None` for a file as the documentation has it.

@@ -24,8 +24,16 @@ fn fastest(rows: &[&Reading]) -> f64 {
 }
 
 impl Measured {
-    /// The curve of the readings in slip; `None` where they are taken as they are: few, all equal, or exact.
+    /// The curve of the readings in slip, with the error that those of the speeds make of it; `None` where they are taken as they are: few, all equal, or exact.
     pub(super) fn reduced(&self) -> Option<Reduced> {
+        let mut curve = self.of_rows()?;
+        if self.error_of_speed > 0.0 {
+            curve.smear(self.error_of_speed);
+        }
+        Some(curve)
+    }
+
+    fn of_rows(&self) -> Option<Reduced> {
         let mut rows: Vec<&Reading> = self.in_slip.iter().collect();
         let is_constant = rows.windows(2).all(|pair| pair[0].friction == pair[1].friction);
         let is_exact = self.in_slip.iter().any(|row| row.error == 0.0);

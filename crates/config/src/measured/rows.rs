@@ -3,7 +3,7 @@
 
 use super::columns::{self, Columns, Header};
 use super::text::{self, Decimal, Fields, Line};
-use super::{Direction, How, Kind, Measured, Reading, Refused};
+use super::{Direction, How, Kind, Measured, Reading, Refused, slopes};
 use slipmap_fit::breakaway;
 use slipmap_numbers::text::rounded;
 
@@ -34,14 +34,17 @@ const AT_REST: [&str; 8] =
 type Row = Reading;
 
 pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refused> {
-    let How { machine, kind, direction } = how;
+    let How { machine, kind, direction, chosen } = how;
     let (decoded, encoding) = text::decode(bytes)?;
-    let Fields { lines, decimal, comments, said: form } = text::fields(&decoded)?;
-    let (header, numeric, first) = layout(&lines, &comments, decimal)?;
-    let columns = columns::find(header.as_ref(), &numeric, machine)?;
+    let Fields { lines, first, decimal, comments, said: form } = text::fields(&decoded)?;
+    let (header, numeric, start) = layout(&lines, first, &comments, decimal)?;
+    let columns = columns::find(header.as_ref(), &numeric, machine, &chosen)?;
     let mut said: Vec<String> =
         encoding.into_iter().chain(form).chain(columns.said.iter().cloned()).collect();
-    let (mut rows, left_out, in_time) = numbers(&lines, first, &columns, decimal)?;
+    let Numbers { mut rows, times, left_out } = numbers(&lines, start, &columns, decimal)?;
+    let error_of_speed = differentiate(&mut rows, &times, &columns, &mut said)?;
+    let backward_steps = times.windows(2).filter(|pair| pair[1] < pair[0]).count();
+    let in_time = backward_steps as f64 <= BACK_IN_TIME * times.len() as f64;
     if !left_out.is_empty() {
         let which: Vec<String> = left_out.iter().take(NAMED).map(usize::to_string).collect();
         let more = if left_out.len() > NAMED { ", .." } else { "" };
@@ -82,23 +85,47 @@ pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refus
         has_errors: columns.error.is_some(),
         is_record,
         is_law: machine.is_none() || kind == Some(Kind::Rows),
+        error_of_speed,
         forces: columns.forces,
+        normal_force: None,
         motion: columns.motion,
         said,
     })
 }
 
-/// The header, the columns that hold numbers, and the position of the first row of data.
+/// Speeds in place of positions; returns their standard error.
+fn differentiate(
+    rows: &mut Vec<Row>,
+    times: &[f64],
+    columns: &Columns,
+    said: &mut Vec<String>,
+) -> Result<f64, Refused> {
+    let Some(position) = &columns.position else { return Ok(0.0) };
+    let Some((found, width, error)) =
+        slopes::speeds(std::mem::take(rows), times).filter(|of| of.0.len() >= 3)
+    else {
+        return Err(Refused::whole(
+            &format!("speeds do not follow from `{position}`: too few rows are in order of time"),
+            "give ten rows at least, by increasing time, or slip speeds in place of positions",
+        ));
+    };
+    *rows = found;
+    let unit = columns.motion.unit(slipmap_machine::Dimension::Velocity);
+    said.push(format!(
+        "speeds are slopes of `{position}` over {width} rows, with an error of {} {unit}",
+        rounded(error, 2)
+    ));
+    Ok(error)
+}
+
+/// The header, the columns that hold numbers, and the position of the row with which the data start.
 fn layout(
     lines: &[Line],
+    first: usize,
     comments: &[Vec<Line>],
     decimal: Decimal,
 ) -> Result<(Option<Header>, Vec<usize>, usize), Refused> {
     let is_number = |field: &String| text::number(field, decimal).is_some_and(f64::is_finite);
-    let is_data = |line: &Line| line.fields.iter().filter(|field| is_number(field)).count() >= 2;
-    let Some(first) = lines.iter().position(is_data) else {
-        return Err(Refused::no_numbers());
-    };
     let rows = &lines[first..];
     let width = rows.iter().map(|line| line.fields.len()).max().unwrap_or(0);
     // A column of numbers has them in more than half of the rows, but for a standard error, which may lack some.
@@ -113,26 +140,34 @@ fn layout(
     // A row such as `static;0.42` may be above the data, and the units may be in a line of their own.
     let above = lines[..first].iter().filter(|line| line.fields.len() >= 2 && !is_rest(&line.fields[0]));
     let mut above: Vec<&Line> = above.filter(|line| !line.fields.iter().any(is_number)).collect();
-    if above.is_empty() {
+    let are_names = |line: &&Line| columns::are_names(&line.fields);
+    if !above.iter().any(are_names) {
         // Some programs write the header as comments.
         let of_rows = |line: &&Line| line.fields.len() == width && line.number < rows[0].number;
         above.extend(comments.iter().filter_map(|divided| divided.iter().find(of_rows)));
     }
     let joined = |names: &Line, units: &Line| {
-        let pairs = names.fields.iter().zip(&units.fields);
-        pairs
-            .map(|(name, unit)| match unit.trim_matches(['[', ']', '(', ')']) {
+        let unit = |i: usize| units.fields.get(i).map_or("", |unit| unit.trim_matches(['[', ']', '(', ')']));
+        let names = names.fields.iter().enumerate();
+        names
+            .map(|(i, name)| match unit(i) {
                 "" => name.clone(),
                 unit => format!("{name} [{unit}]"),
             })
             .collect()
     };
-    let header = match above.as_slice() {
-        [.., names, units] if names.fields.len() == units.fields.len() && are_units(names, units) => {
-            Some((names.number, joined(names, units)))
+    // The last line that names both, with the line of the units below it, beyond other lines that programs write; else the
+    // last line.
+    let named = above.iter().rposition(are_names);
+    let units = |names: usize| above[names + 1..].iter().find(|units| are_units(above[names], units));
+    let header = match (named, above.as_slice()) {
+        (Some(at), _) => {
+            let names = above[at];
+            Some((names.number, units(at).map_or_else(|| names.fields.clone(), |units| joined(names, units))))
         }
-        [.., names] => Some((names.number, names.fields.clone())),
-        [] => None,
+        (None, [.., names, units]) if are_units(names, units) => Some((names.number, joined(names, units))),
+        (None, [.., names]) => Some((names.number, names.fields.clone())),
+        (None, []) => None,
     };
     // A comma in a number makes two cells of it.
     if let Some(named) =
@@ -148,9 +183,15 @@ fn layout(
                 .into(),
         });
     }
-    // A row below the header that has a number is no title.
+    // A row below the header that has a number, and no word in its first column, is no title.
+    let begins = |line: &Line| {
+        let field = numeric.first().and_then(|column| line.fields.get(*column));
+        field.is_some_and(|field| is_number(field) || text::is_missing(field))
+    };
     let below_header = |line: &Line| {
-        header.as_ref().is_some_and(|(names, _)| line.number > *names) && line.fields.iter().any(is_number)
+        header.as_ref().is_some_and(|(names, _)| line.number > *names)
+            && begins(line)
+            && line.fields.iter().any(is_number)
     };
     let is_row = |line: &Line| is_rest(&line.fields[0]) || below_header(line);
     let start = lines[..first].iter().position(is_row).unwrap_or(first);
@@ -162,6 +203,9 @@ fn are_units(names: &Line, line: &Line) -> bool {
     use super::super::units::{Match, compare};
     let units = line.fields.iter().map(|field| field.trim_matches(['[', ']', '(', ')']));
     let units: Vec<&str> = units.filter(|unit| !unit.is_empty()).collect();
+    if names.fields.len() != line.fields.len() || units.is_empty() {
+        return false;
+    }
     let known = units.iter().filter(|unit| !matches!(compare(unit, ""), Match::Unknown)).count();
     known == units.len() || 2 * known > units.len() && columns::are_names(&names.fields)
 }
@@ -171,16 +215,20 @@ fn is_rest(field: &str) -> bool {
     AT_REST.contains(&field.trim().to_lowercase().as_str())
 }
 
-/// The rows from the `first` on as numbers, the lines of those without, and whether their times are in order.
-fn numbers(
-    lines: &[Line],
-    first: usize,
-    columns: &Columns,
-    decimal: Decimal,
-) -> Result<(Vec<Row>, Vec<usize>, bool), Refused> {
-    let (mut rows, mut left_out) = (Vec::new(), Vec::new());
-    let (mut latest, mut backward_steps) = (f64::NEG_INFINITY, 0);
+/// The rows as numbers.
+struct Numbers {
+    rows: Vec<Row>,
+    /// Their times; none where there is no such column.
+    times: Vec<f64>,
+    /// The lines of those without numbers.
+    left_out: Vec<usize>,
+}
+
+/// The rows from the `first` on as numbers.
+fn numbers(lines: &[Line], first: usize, columns: &Columns, decimal: Decimal) -> Result<Numbers, Refused> {
+    let (mut rows, mut left_out, mut times) = (Vec::new(), Vec::new(), Vec::new());
     let [of_speed, of_friction] = columns.factors;
+    let last = lines.last().map_or(0, |line| line.number);
     let (above, lines) = lines.split_at(first);
     for line in lines {
         let field = |column: usize| line.fields.get(column).map_or("", String::as_str);
@@ -195,9 +243,11 @@ fn numbers(
         let friction = value(columns.friction).or_else(|| if rest { after() } else { None });
         let (Some(speed), Some(friction)) = (speed, friction) else {
             let is_missing = |column: usize| text::is_missing(field(column));
-            // Files that were joined repeat their header.
+            // Files that were joined repeat their header, and some programs end with a word.
             let is_repeated = || above.iter().any(|above| above.fields == line.fields);
-            if is_missing(columns.speed) || is_missing(columns.friction) || is_repeated() {
+            let is_end = line.number == last
+                && !line.fields.iter().any(|field| text::number(field, decimal).is_some());
+            if is_missing(columns.speed) || is_missing(columns.friction) || is_repeated() || is_end {
                 left_out.push(line.number);
                 continue;
             }
@@ -210,6 +260,15 @@ fn numbers(
         if !(speed.is_finite() && friction.is_finite()) {
             return refuse("a datum is not finite".into(), "correct or remove this row");
         }
+        // That a rig presses backward is a matter of its signs.
+        let load = match columns.normal.map(|column| value(column).filter(|load| *load != 0.0)) {
+            None => 1.0,
+            Some(Some(load)) => 1.0 / load.abs(),
+            Some(None) => {
+                left_out.push(line.number);
+                continue;
+            }
+        };
         let error = match columns.error {
             None => f64::NAN,
             Some(column) => match value(column) {
@@ -228,11 +287,10 @@ fn numbers(
                 }
             },
         };
-        if let Some(time) = columns.time.and_then(value) {
-            backward_steps += usize::from(time < latest);
-            latest = time;
+        if let Some((column, unit)) = columns.time {
+            times.extend(value(column).map(|time| time * unit));
         }
-        let (speed, friction) = (speed * of_speed, friction * of_friction);
+        let (speed, friction, error) = (speed * of_speed, friction * load * of_friction, error * load);
         rows.push(Row { speed, friction, error, line: line.number, visit: 0, backward: speed < 0.0 });
     }
     if rows.len() < 3 {
@@ -242,8 +300,10 @@ fn numbers(
         };
         return Err(Refused::whole(&problem, "give at least three"));
     }
-    let in_time = backward_steps as f64 <= BACK_IN_TIME * rows.len() as f64;
-    Ok((rows, left_out, in_time))
+    if columns.position.is_some() && times.len() < rows.len() {
+        return Err(Refused::whole("some rows have no time", "give the time of every row, or slip speeds"));
+    }
+    Ok(Numbers { rows, times, left_out })
 }
 
 /// Whether rows are a record over time: many, in order of time, whose speed changes little from one to the next. Without

@@ -253,7 +253,7 @@ impl Measured {
     ) -> Result<bool, Told> {
         let [near, far, ..] = rows[..] else {
             return Err((
-                format!("{}: there are only {} slip speeds", self.name, rows.len()),
+                format!("{}: there is only one slip speed", self.name),
                 "give at least three".into(),
             ));
         };

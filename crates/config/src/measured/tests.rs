@@ -59,7 +59,7 @@ fn ugly_files_are_read_or_refused_with_their_line() {
 
 #[test]
 fn files_in_any_encoding_are_read_or_refused() {
-    let plain = "v,mu\n0,0.4\n0.1,0.35\n0.5,0.3\n";
+    let plain = "v [m/s],mu\n0,0.4\n0.1,0.35\n0.5,0.3\n";
     let wide = |mark: bool, bytes_of: fn(u16) -> [u8; 2]| -> Vec<u8> {
         mark.then_some(0xfeff).into_iter().chain(plain.encode_utf16()).flat_map(bytes_of).collect()
     };
@@ -71,6 +71,24 @@ fn files_in_any_encoding_are_read_or_refused() {
         ("UTF-16, big end first", wide(true, u16::to_be_bytes), "coefficients", &["UTF-16BE"]),
         ("UTF-16 without mark", wide(false, u16::to_le_bytes), "coefficients", &["UTF-16LE"]),
         ("Latin-1", latin.map(|c| c as u8).collect(), "coefficients", &["windows-1252"]),
+        (
+            "Windows-1252",
+            b"v [m/s];\xb5 \x93pad\x94 \x80\n0;0,4\n0,1;0,35\n0,5;0,3".into(),
+            "coefficients",
+            &["windows-1252"],
+        ),
+        (
+            "UTF-16, half a letter more",
+            [wide(true, u16::to_le_bytes), vec![7]].concat(),
+            "refused",
+            &["not a text"],
+        ),
+        (
+            "UTF-16, half of a pair",
+            wide(true, |c| if c == 48 { [0, 0xd8] } else { c.to_le_bytes() }),
+            "refused",
+            &["not a text"],
+        ),
         ("Windows", plain.replace('\n', "\r\n").into(), "coefficients", &[]),
         ("old Macintosh", plain.replace('\n', "\r").into(), "coefficients", &[]),
         ("a workbook", b"PK\x03\x04 and more".to_vec(), "refused", &["spreadsheet", "save it as CSV"]),
@@ -79,6 +97,65 @@ fn files_in_any_encoding_are_read_or_refused() {
     ] {
         check(name, &bytes, outcome, words);
     }
+}
+
+/// Columns that are chosen by name or number.
+#[test]
+fn columns_are_chosen_by_name_or_number() {
+    let text = "t [s],v1 [mm/s],v2 [mm/s],F_1 [N],\"F, 2 [N]\"\n0,0,9,400,4\n1,100,8,350,3\n2,500,7,300,2\n";
+    let of = |text: &str, column: &str| {
+        let how = How::named(None, None, Some(column))?.of(Some(MACHINE));
+        let data: Vec<(f64, f64)> =
+            Measured::of_bytes("rig.csv", text.as_bytes(), how)?.table(Level::First)?.data().collect();
+        Ok::<_, (String, String)>(data)
+    };
+    let expected = vec![(0.0, 400.0), (0.1, 350.0), (0.5, 300.0)];
+    let header_less = text.split_once('\n').unwrap().1;
+    for column in ["speed=v1,friction=F_1", "speed=V1 [mm/s], friction=F_1 [N]", "speed=2,friction=4"] {
+        assert_eq!(of(text, column).unwrap(), expected, "{column}");
+    }
+    assert_eq!(of(header_less, "speed=2,friction=4").unwrap()[1], (100.0, 350.0));
+    assert_eq!(of(text, "speed=v1,friction=F, 2").unwrap()[0].1, 4.0);
+    for (column, problem) in [
+        ("speed=v3", "no column of numbers has the name `v3`; there are t [s], v1 [mm/s], v2"),
+        ("pace=v1", "`pace=v1` chooses no column"),
+        ("speed=v1", "`F_1 [N]` and `F, 2 [N]` may both be the friction"),
+    ] {
+        let (found, remedy) = of(text, column).unwrap_err();
+        assert!(
+            found.contains(problem) && remedy.contains("NAME") | remedy.contains("names"),
+            "{found} {remedy}"
+        );
+    }
+}
+
+/// Positions over time, rounded as encoders write them, are the record of the speeds that they have, with a wider curve.
+#[test]
+fn positions_stand_for_speeds() {
+    let stated = |step: f64| {
+        let mut text = "t [ms],x [mm],F [N]\n".to_owned();
+        for i in 0..4000 {
+            let t = 1e-3 * f64::from(i);
+            let (v, x) = (0.3 * (2.0 * t).sin(), 0.15 * (1.0 - (2.0 * t).cos()));
+            let force = v.signum() * friction(v.abs());
+            text.push_str(&format!("{i},{},{force:.3}\n", 1e3 * (x / step).round() * step));
+        }
+        let table = law(text.as_bytes(), MACHINE).unwrap();
+        let told = table.source().told.clone().unwrap();
+        assert!(
+            told.contains("speeds are slopes of `x [mm]` over") && told.contains("a record over time"),
+            "{told}"
+        );
+        stated(&text, "")
+    };
+    let [fine, coarse] = [1e-8, 2e-5].map(stated);
+    for found in [fine, coarse] {
+        assert!((found.value - truth()).abs() < 2.0 * found.standard_error, "{found:?} {}", truth());
+    }
+    assert!(
+        fine.standard_error < 0.02 * truth() && coarse.standard_error > fine.standard_error,
+        "{fine:?} {coarse:?}"
+    );
 }
 
 /// Too few readings, and friction of the wrong sign, are the reasons that are given where no law follows from the readings.
@@ -101,8 +178,63 @@ fn what_cannot_be_fitted_says_why() {
     assert_eq!(why("F [N],se\n0.01,5,.1\n0.02,4.1,.1\n0.03,3.6,.1\n0.05,3.21,.1\n0.1,3.01,.1\n"), None);
     let negative = why("F [N]\n0.01,-5\n0.02,-4.1\n0.03,-3.6\n0.05,-3.21\n0.1,-3.01\n0.2,-3\n").unwrap();
     assert!(negative.contains("friction is negative at every slip speed; check the sign"), "{negative}");
-    let rises = why("F [N]\n0.01,3\n0.02,3.1\n0.03,3.2\n0.05,3.4\n0.1,3.9\n0.2,4.9\n0.3,5.9\n").unwrap();
-    assert!(rises.contains("no law that falls"), "{rises}");
+}
+
+/// Friction that does not fall is an answer; exact coefficients at rest and in slip are those, and nothing more.
+#[test]
+fn laws_that_do_not_fall_are_answers() {
+    let of = |rows: &str| {
+        let measured =
+            Measured::of_bytes("rig.csv", format!("v [m/s],F [N]\n{rows}").as_bytes(), how(MACHINE)).unwrap();
+        let fits = measured.fits(None).unwrap();
+        let chosen = fits.chosen();
+        (words_of(chosen.form), chosen.values.clone(), chosen.at_rest, measured.no_stick_slip(chosen))
+    };
+    let (law, values, _, told) = of("0.01,3.02\n0.02,3.09\n0.03,3.16\n0.05,3.24\n0.1,3.51\n0.2,4\n0.3,4.5\n");
+    assert!(law == "constant, viscous" && (values[1] - 5.0).abs() < 0.3, "{law} {values:?}");
+    let told = told.unwrap();
+    assert!(told.contains("rises with the slip speed by 5.0") && told.contains("no stick-slip"), "{told}");
+    let level: String = (1..=10).map(|i| format!("{},3\n", 0.02 * f64::from(i))).collect();
+    let (law, values, at_rest, told) = of(&format!("0,4\n{level}"));
+    assert_eq!(
+        (law.as_str(), &values[..], at_rest, told),
+        ("two coefficients", &[3.0][..], Some([4.0, 0.0]), None)
+    );
+    let (law, values, _, told) = of(&level);
+    assert!(law == "constant" && values == [3.0] && told.unwrap().contains("neither falls nor drops"));
+}
+
+/// Forces over a normal force are a law in coefficients, for machines with any normal force; without it several normal forces
+/// are refused, and one is told.
+#[test]
+fn normal_forces_are_not_lost() {
+    let rows: String = (1..=12)
+        .map(|i| 0.02 * f64::from(i))
+        .map(|u| format!("{u},{}\n", 0.3 + 0.2 * (-u / 0.05).exp() + 1e-4 * (40.0 * u).sin()))
+        .collect();
+    let read =
+        || Measured::of_bytes("rig.csv", format!("v [m/s],F [kN]\n{rows}").as_bytes(), how(MACHINE)).unwrap();
+    let forces = read();
+    let fit = forces.fits(None).unwrap();
+    let coefficients = read().over("2 kN").unwrap();
+    let same = coefficients.fits(None).unwrap();
+    assert!((same.chosen().values[0] * 2000.0 / fit.chosen().values[0] - 1.0).abs() < 1e-6);
+    let config = |normal: &str| {
+        format!("[machine]\nmass = 1.0\nstiffness = 1e4\ndamping = 1.0\nbelt_speed = 0.1\n{normal}\n")
+    };
+    let of = |measured: &Measured, fits: &Fits, normal: &str| {
+        measured.into_configuration(fits.chosen(), &config(normal))
+    };
+    let (text, _) = of(&coefficients, &same, "normal_force = [1e3, 2e3]").unwrap();
+    assert!(text.contains("normal_force = [1e3, 2e3]") && text.contains("mu_k"), "{text}");
+    assert!(of(&coefficients, &same, "").unwrap().0.contains("normal_force = 2000.0"));
+    let (problem, remedy) = of(&forces, &fit, "normal_force = [1e3, 2e3]").unwrap_err();
+    assert!(
+        problem.contains("normal_force is more than one number") && remedy.contains("--normal-force"),
+        "{problem}"
+    );
+    assert_eq!(of(&forces, &fit, "normal_force = 2e3").unwrap().1, "normal_force = 2e3");
+    assert!(coefficients.over("2 kN").is_err() && read().over("2 m").is_err() && read().over("0").is_err());
 }
 
 /// Rows in any order are the readings that they are in order of their speeds, and no record over time.

@@ -1,8 +1,6 @@
 //! Measured data as text: the encoding, the separator of columns, the decimal sign, the fields.
 
-use encoding_rs::{Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
-
-use super::Refused;
+use super::{Refused, columns};
 
 /// The fields of one line.
 pub(super) struct Line {
@@ -15,6 +13,8 @@ pub(super) struct Line {
 pub(super) struct Fields {
     /// The lines that are neither empty nor comments.
     pub(super) lines: Vec<Line>,
+    /// The position of the first one that has numbers where most have.
+    pub(super) first: usize,
     pub(super) decimal: Decimal,
     /// The comments, each as it is divided by several separators: one may be the header.
     pub(super) comments: Vec<Vec<Line>>,
@@ -29,6 +29,9 @@ pub(super) enum Decimal {
     Comma,
 }
 
+/// The bytes from 0x80 on in which windows-1252 differs from Latin 1.
+const WINDOWS_1252: &str = "€\u{81}‚ƒ„…†‡ˆ‰Š‹Œ\u{8d}Ž\u{8f}\u{90}‘’“”•–—˜™š›œ\u{9d}žŸ";
+
 /// The text of a file, and the encoding if it is not UTF-8.
 pub(super) fn decode(bytes: &[u8]) -> Result<(String, Option<String>), Refused> {
     let refuse = |problem: &str, remedy: &str| Err(Refused::whole(problem, remedy));
@@ -38,23 +41,31 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(String, Option<String>), Refused> 
     // In UTF-16 every second byte of numbers is zero.
     let zeros = |from: usize| bytes.iter().skip(from).step_by(2).take(500).filter(|byte| **byte == 0).count();
     let [even, odd] = [zeros(0), zeros(1)];
-    let encoding = match Encoding::for_bom(bytes) {
-        Some((encoding, _)) => encoding,
-        None if odd > 0 && odd > 4 * even => UTF_16LE,
-        None if even > 0 && even > 4 * odd => UTF_16BE,
-        None => match std::str::from_utf8(bytes) {
-            Ok(text) if !text.contains('\0') => return Ok((text.to_owned(), None)),
-            Ok(_) => return refuse("this is not a text", "name a CSV file"),
-            Err(_) => WINDOWS_1252,
-        },
+    let of_two = |name, number: fn([u8; 2]) -> u16| {
+        let (pairs, rest) = bytes.as_chunks();
+        let text = char::decode_utf16(pairs.iter().map(|pair| number(*pair))).collect::<Result<_, _>>();
+        (Some(name), text.ok().filter(|_| rest.is_empty()))
     };
-    let (text, encoding, failed) = encoding.decode(bytes);
+    let (encoding, text) = match (bytes, std::str::from_utf8(bytes)) {
+        ([0xff, 0xfe, ..], _) => of_two("UTF-16LE", u16::from_le_bytes),
+        ([0xfe, 0xff, ..], _) => of_two("UTF-16BE", u16::from_be_bytes),
+        _ if odd > 0 && odd > 4 * even => of_two("UTF-16LE", u16::from_le_bytes),
+        _ if even > 0 && even > 4 * odd => of_two("UTF-16BE", u16::from_be_bytes),
+        (_, Ok(text)) if !text.contains('\0') => return Ok((text.to_owned(), None)),
+        (_, Ok(_)) | ([0xef, 0xbb, 0xbf, ..], Err(_)) => (None, None),
+        (_, Err(_)) => {
+            let letter = |byte: u8| {
+                let special = byte.checked_sub(0x80).and_then(|i| WINDOWS_1252.chars().nth(i.into()));
+                special.unwrap_or(char::from(byte))
+            };
+            (Some("windows-1252"), Some(bytes.iter().map(|byte| letter(*byte)).collect()))
+        }
+    };
     let is_odd = |c: char| c.is_control() && !c.is_whitespace();
-    if failed || text.contains(is_odd) {
-        return refuse("this is not a text", "name a CSV file");
+    match text.filter(|text: &String| !text.contains(is_odd)) {
+        Some(text) => Ok((text.trim_start_matches('\u{feff}').to_owned(), encoding.map(str::to_owned))),
+        None => refuse("this is not a text", "name a CSV file"),
     }
-    let said = (encoding != encoding_rs::UTF_8).then(|| encoding.name().to_owned());
-    Ok((text.into_owned(), said))
 }
 
 /// The separators that are tried, in this order, with their names.
@@ -146,9 +157,36 @@ pub(super) fn fields(text: &str) -> Result<Fields, Refused> {
         [separator, ',', ';', '\t'].map(by).into()
     });
     let comments = comments.collect();
-    let (decimal, sign) = decimal(&lines)?;
+    let Some(first) = first_row(&lines) else { return Err(Refused::no_numbers()) };
+    let (decimal, sign) = decimal(&lines[first..])?;
     let said = [words, sign].into_iter().filter(|words| !words.is_empty()).map(str::to_owned).collect();
-    Ok(Fields { lines, decimal, comments, said })
+    Ok(Fields { lines, first, decimal, comments, said })
+}
+
+/// The first line that has numbers where most lines with two of them have, below the line of the names if there is one: above
+/// are titles, and the settings of a program, as `key:;value;value`.
+fn first_row(lines: &[Line]) -> Option<usize> {
+    let place = |line: &Line| {
+        let numbers = line.fields.iter().take(64).map(|field| looks_like_a_number(field));
+        numbers.enumerate().fold(0_u64, |places, (i, is_number)| places | u64::from(is_number) << i)
+    };
+    let places: Vec<u64> = lines.iter().map(place).collect();
+    let mut counts: Vec<(u64, usize)> = Vec::new();
+    for &at in places.iter().filter(|places| places.count_ones() >= 2) {
+        match counts.iter_mut().find(|(known, _)| *known == at) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((at, 1)),
+        }
+    }
+    // Of equally many the first.
+    let (most, _) = counts.into_iter().rev().max_by_key(|(_, count)| *count)?;
+    let mut with_places = lines.iter().zip(&places);
+    let are_names = |(line, places): (&Line, &u64)| *places == 0 && columns::are_names(&line.fields);
+    let names = with_places.position(are_names).unwrap_or(0);
+    // Without a number in its first field a line above the names is none of the rows.
+    let from = if places[..names].iter().any(|places| places & 1 == 1) { 0 } else { names };
+    let is_row = |places: &u64| places & most == most;
+    places[from..].iter().position(is_row).map(|at| from + at)
 }
 
 /// Whether `sign` in a number may separate thousands: 1,234 or 12,345,678.

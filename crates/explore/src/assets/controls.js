@@ -1,7 +1,7 @@
 // Everything that changes the state but the plane itself: law, what is shown, axes, sliders.
 
 import { element, mark, refusals, short, why_refused } from "./elements.js";
-import { post } from "./server.js";
+import { post } from "./program.js";
 import { label, place, size } from "./state.js";
 
 const EXAMPLE = "mu + (1 - mu)*exp(-u/vs)";
@@ -284,8 +284,8 @@ export class Controls {
         const law = { ...state.law, rest: undefined, small: undefined };
         await app.take({ law, motion: "translation", show, curves, pinned, at: COEFFICIENTS });
       } else {
-        const { law, at } = await post("/api/dimensionless", place(state));
-        const { axes } = await post("/api/law", law);
+        const { law, at } = await post("dimensionless", place(state));
+        const { axes } = await post("law", law);
         app.open({ law, at, show, curves, pinned }, axes);
       }
       // A law that was refused in the old units may be legal in the new ones.
@@ -309,7 +309,7 @@ export class Controls {
   async try_law(law, anew = false) {
     try {
       const { motion, show, curves, at, ranges, units, spread, title, x, y, pinned } = this.state;
-      const { axes } = await post("/api/law", { ...law, motion });
+      const { axes } = await post("law", { ...law, motion });
       this.problem?.replaceChildren();
       // A machine keeps its motion and its quantities under the new law.
       const kept = { law, motion, show, curves, at: { ...(motion ? COEFFICIENTS : {}), ...at }, ranges, units, spread, title, x, y, pinned };

@@ -1,7 +1,7 @@
 // The answer at the pointer: at once from the picture, and, where the pointer rests, from every method.
 
 import { element } from "./elements.js";
-import { post } from "./server.js";
+import { post } from "./program.js";
 import { place, where } from "./state.js";
 
 const REST = 120;
@@ -35,7 +35,7 @@ export class Glance {
     setTimeout(async () => {
       if (turn !== this.turn) return;
       try {
-        const found = await post("/api/glance", place({ ...state, at }), "glance");
+        const found = await post("glance", place({ ...state, at }), "glance");
         if (turn !== this.turn) return;
         const rows = found.methods.map(([name, verdict]) =>
           element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, element("span", { class: `say ${verdict}` }, verdict))));

@@ -1,7 +1,7 @@
 // Exports of the page: texts to copy, and the link.
 
 import { element } from "./elements.js";
-import { post } from "./server.js";
+import { post } from "./program.js";
 import { plane } from "./state.js";
 
 // Cells along each axis of an exported configuration.
@@ -52,7 +52,7 @@ export class Leave {
 
   async tell() {
     try {
-      const { command, commands, toml, python, table } = await post("/api/texts", this.body(), "texts");
+      const { command, commands, toml, python, table } = await post("texts", this.body(), "texts");
       const block = (title, text) => element("section", {},
         element("div", { class: "title" }, element("h3", {}, title), this.copier(() => text, `Copy: ${title}`)),
         element("pre", { tabindex: "0", "aria-label": title }, text));

@@ -7,7 +7,7 @@ import { Leave } from "./leave.js";
 import { paint } from "./paint.js";
 import { Plane } from "./plane.js";
 import { Point } from "./point.js";
-import { Gone, get, picture, post } from "./server.js";
+import { Gone, begin, picture, post } from "./program.js";
 import { complete, is_damping, label, plane, read, write } from "./state.js";
 
 // Milliseconds without movement after which a change counts as finished.
@@ -31,7 +31,7 @@ class App {
 
   // Shows a law or a machine, whose axes are requested from the program.
   async take(wanted) {
-    const { axes } = await post("/api/law", { ...wanted.law, motion: wanted.motion });
+    const { axes } = await post("law", { ...wanted.law, motion: wanted.motion });
     this.open(wanted, axes);
   }
 
@@ -94,24 +94,19 @@ class App {
 }
 
 function listen_for_the_program(app) {
-  addEventListener("server-gone", () => {
-    app.notice.hidden = false;
-    app.notice.textContent = "The program behind this page has ended. Start it again with `slipmap explore`: the page goes on by itself.";
-  });
-  addEventListener("server-back", () => {
+  addEventListener("program-gone", () => {
+    app.lasting = new Error("The program behind this page has ended. Start `slipmap explore` again, and open the address that it prints, with all of this one from its # on.");
     app.complain(null);
-    app.point.key = "";
-    app.change("rest");
   });
 }
 
 // A small picture of an example.
 async function thumbnail(app, canvas, wanted) {
-  const { axes } = await post("/api/law", { ...wanted.law, motion: wanted.motion });
+  const { axes } = await post("law", { ...wanted.law, motion: wanted.motion });
   const state = complete(wanted, axes);
   // Formulas take longer.
   const fine = wanted.law.name === "expression" || state.show.includes("stick_band") ? 1 : 2;
-  const found = await picture({ ...plane(state, 36 * fine, 22 * fine), show: state.show });
+  const found = await picture({ ...plane(state, 36 * fine, 22 * fine), show: state.show }, "thumbnail");
   Object.assign(canvas, { width: 288, height: 180 });
   paint(canvas, { ...found, show: state.show }, app.catalogue);
 }
@@ -180,7 +175,8 @@ function state_of(start) {
 
 async function main() {
   choose_theme();
-  const catalogue = await get("/api/catalogue");
+  document.getElementById("icon").src = document.querySelector("link[rel=icon]").href;
+  const { catalogue, start } = begin;
   const app = new App(catalogue);
   listen_for_the_program(app);
   const show_gallery = await build_gallery(app);
@@ -188,7 +184,6 @@ async function main() {
     document.getElementById("gallery").close();
     app.open_link(location.hash);
   });
-  const start = await get("/api/start");
   if (await app.open_link(location.hash)) return;
   const of_link = app.lasting;
   const of_start = start ? await app.try_to_take(state_of(start)) : null;
@@ -199,4 +194,6 @@ async function main() {
   if (!is_shown && !app.lasting) show_gallery();
 }
 
+// For the console, and for tests.
+globalThis.slipmap = { begin, paint, picture, post };
 main();

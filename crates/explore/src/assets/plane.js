@@ -7,7 +7,7 @@ import { legend } from "./legend.js";
 import { draw, rectangle } from "./overlay.js";
 import { paint } from "./paint.js";
 import { Scale } from "./scale.js";
-import { picture as ask, post } from "./server.js";
+import { picture as ask, post } from "./program.js";
 import { is_damping, label, plane, size } from "./state.js";
 
 // Rows of pictures while something is dragged, and time limit of one such picture in seconds.
@@ -182,8 +182,7 @@ export class Plane {
       // One line alone is no plane.
       if (all - done - count === 1) count += 1;
       const text = count === all ? undefined : `refining: ${Math.round((100 * done) / all)} %, ${Math.ceil(left)} s left`;
-      const size = side === "x" ? [count, height] : [width, count];
-      const band = await this.fetch(size, false, turn, { side, part: [done / all, (done + count) / all], text });
+      const band = await this.fetch([width, height], false, turn, { side, part: [done, done + count], text });
       if (!band || turn !== this.changes || (band.late && count === 2)) return false;
       // The machine is busy; the next band is smaller.
       if (band.late) continue;
@@ -196,19 +195,21 @@ export class Plane {
     return true;
   }
 
-  // A picture of the present state with `width` by `height` cells, or a band of it: `part` of one side. Null
+  // A picture of the present state with `width` by `height` cells, or a band of it: those of `part` along one side. Null
   // where it was superseded or refused; `late` where it took too long.
   async fetch([width, height], quick, turn, { side, part, text = "computing" } = {}) {
     const { x, y, show } = this.state;
-    const [key, kind, work] = [this.key(), this.kind(), this.work([width, height])];
+    const count = part ? part[1] - part[0] : 0;
+    const cells = side === "x" ? [count, height] : side === "y" ? [width, count] : [width, height];
+    const [key, kind, work] = [this.key(), this.kind(), this.work(cells)];
     const running = { quick };
     this.running = running;
     // Between two bands the message stays.
     const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: text }), part?.[0] > 0 ? 0 : 300);
     try {
-      const ends = side && part.map((unit) => this.scales[side].value(unit));
-      const band = side ? { ...this.state, [side]: { ...this.state[side], from: ends[0], to: ends[1] } } : this.state;
-      const picture = await ask({ ...plane(band, width, height), show }, "plane");
+      const body = { ...plane(this.state, width, height), show };
+      if (side) body[side].part = part;
+      const picture = await ask(body, "plane", this.is_damping("y") ? "x" : "y");
       this.app.complain(null);
       this.cost.set(kind, picture.seconds / work);
       return Object.assign(picture, { x: { ...x }, y: { ...y }, show, key });
@@ -240,7 +241,7 @@ export class Plane {
     // Folds take longer, and come last.
     for (const folds of [false, true]) {
       try {
-        const found = await post("/api/curves", { ...body, folds }, "curves");
+        const found = await post("curves", { ...body, folds }, "curves");
         if (turn !== this.changes) return;
         all = [...all, ...found.curves.map((curve) => ({ ...curve, points: curve.points.map((point) => point.map((value, i) => value / sizes[i])) }))];
       } catch (problem) {

@@ -1,14 +1,18 @@
 // The pinned point: the motion there, figures, verdicts, and every number that is known.
 
 import { drawing, element, mark, refusals, short, why_refused, with_error } from "./elements.js";
-import { post } from "./server.js";
+import { post } from "./program.js";
 import { label, place, where } from "./state.js";
 
 const FIGURES = [["orbit", "Motion"], ["friction", "Friction curve"], ["backbone", "Largest velocity against damping"]];
 
+// Milliseconds for which a motion that is under way is waited for while the point moves on.
+const PATIENCE = 400;
+
 export class Point {
   constructor(app) {
     Object.assign(this, { app, box: document.getElementById("point"), line: document.getElementById("answer"), built: false, start: null, key: "", turn: 0 });
+    Object.assign(this, { begun: -Infinity, behind: false });
   }
 
   get state() {
@@ -34,7 +38,7 @@ export class Point {
       this.answer("…");
       this.age();
       this.turn += 1;
-      this.draw("orbit");
+      this.follow();
     }
     if (!moving && !this.whole) {
       this.whole = true;
@@ -128,13 +132,28 @@ export class Point {
     return input;
   }
 
-  async draw(figure) {
+  // The motion of a point that moves, as often as there is time.
+  async follow() {
+    this.behind = true;
+    if (performance.now() - this.begun < PATIENCE) return;
+    this.behind = false;
+    const begun = performance.now();
+    this.begun = begun;
+    await this.draw("orbit", true);
+    if (begun !== this.begun) return;
+    this.begun = -Infinity;
+    if (this.behind) this.follow();
+  }
+
+  // A figure of the point; while it `moves` also that of where it was.
+  async draw(figure, moves = false) {
     const turn = this.turn;
     const box = this.figures.get(figure);
     try {
-      const drawn = await post("/api/figure", { ...place(this.state), figure, start: figure === "orbit" ? this.start : null }, figure);
-      if (turn !== this.turn) return;
+      const drawn = await post("figure", { ...place(this.state), figure, start: figure === "orbit" ? this.start : null }, figure);
+      if (turn !== this.turn && !moves) return;
       this.show(box, drawing(drawn.svg));
+      box.classList.toggle("previous", turn !== this.turn);
       if (drawn.panel) this.panel = drawn.panel;
     } catch (problem) {
       if (turn === this.turn && problem.problem && !problem.overtaken) this.show(box, element("p", { class: "problem" }, problem.message));
@@ -157,7 +176,7 @@ export class Point {
   async tell() {
     const turn = this.turn;
     try {
-      const probe = await post("/api/point", place(this.state), "point");
+      const probe = await post("point", place(this.state), "point");
       if (turn !== this.turn) return;
       this.probe = probe;
       this.show(this.regime, element("b", {}, probe.regime.replaceAll("_", " ")));

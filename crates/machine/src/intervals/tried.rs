@@ -1,6 +1,6 @@
 //! The belt speeds that are tried, and bisection between two of them.
 
-use slipmap_model::friction::{Curve, NOTHING};
+use slipmap_model::friction::{Curve, NOT_NEGATIVE};
 
 /// Number of factors of ten by which the belt speeds that are tried reach beyond the velocities of the
 /// machine.
@@ -27,7 +27,7 @@ fn half_fall(curve: &Curve) -> f64 {
 /// The slip speed from which on the friction of a law pushes at all others, or is not a number; infinite if
 /// there is none.
 fn pushes_from(curve: &Curve) -> f64 {
-    let resists = |u: f64| curve.phi(u) >= NOTHING;
+    let resists = |u: f64| curve.phi(u) >= NOT_NEGATIVE;
     let mut pushes = f64::INFINITY;
     for u in slip_speeds(curve).rev() {
         if resists(u) {

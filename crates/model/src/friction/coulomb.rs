@@ -5,6 +5,7 @@ use super::built_in::{BuiltIn, ClosedForm, Fall, Strengthening};
 use super::family::Series;
 use super::{DROP, Gradient, Parameter, Range, exponential};
 use crate::point::LawParameters;
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::jet::Real;
 
 /// The law.
@@ -47,7 +48,7 @@ impl Coulomb {
 
     #[inline]
     pub(super) fn phi(&self, u: f64) -> f64 {
-        self.eta.mul_add(u, 1.0 - self.drop)
+        self.eta.times_plus(u, 1.0 - self.drop)
     }
 
     #[inline]

@@ -7,6 +7,7 @@ use super::built_in::ClosedForm;
 use super::exponential::ExponentialFall;
 use super::{FirstOrder, Form, Gradient, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
 
@@ -87,7 +88,7 @@ const HALVED: f64 = 0.6;
 /// A number at which powers of slip speeds are finite yet.
 const FASTEST: f64 = 1e60;
 /// Friction above this counts as not negative: less than rounding makes of it.
-pub const NOTHING: f64 = -1e-12;
+pub const NOT_NEGATIVE: f64 = -1e-12;
 /// See [`Curve::is_hidden_by_rounding`]: c* of such a law is about as uncertain as its friction, of which a thousandth is
 /// well within the 1 % to which a critical damping is told.
 const HIDDEN: f64 = 1e-3;
@@ -96,7 +97,7 @@ const ROUNDED: f64 = 1e-12;
 
 /// The smallest range that contains all `ranges`.
 fn hull(ranges: impl Iterator<Item = Range>) -> Range {
-    ranges.fold(Range::NOTHING, Range::hull)
+    ranges.fold(Range::EMPTY, Range::hull)
 }
 
 impl Curve {
@@ -265,7 +266,7 @@ impl Curve {
 
     /// Whether friction is proved to push at no slip speed by its bounds on all of them at once.
     pub fn is_proved_to_resist(&self) -> bool {
-        !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING
+        !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOT_NEGATIVE
     }
 
     /// Ranges of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`]. They
@@ -301,13 +302,16 @@ impl Curve {
     pub fn friction_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
         if let Form::Table(table) = &self.form {
             let (phi, drop) = (table.friction_range(lo, hi), self.axis.unwrap_or(0.0));
-            return Range { lo: viscous.mul_add(lo, phi.lo - drop), hi: viscous.mul_add(hi, phi.hi - drop) };
+            return Range {
+                lo: viscous.times_plus(lo, phi.lo - drop),
+                hi: viscous.times_plus(hi, phi.hi - drop),
+            };
         }
         if self.formula(0.0).is_some() {
             return self.formula_between(lo, hi, viscous);
         }
-        let place = |i: u32| (hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo).min(hi);
-        let psi = |u: f64| viscous.mul_add(u, self.phi(u));
+        let place = |i: u32| (hi - lo).times_plus(f64::from(i) / f64::from(SAMPLES), lo).min(hi);
+        let psi = |u: f64| viscous.times_plus(u, self.phi(u));
         Range::of((0..=SAMPLES).map(place).map(psi))
     }
 
@@ -316,7 +320,7 @@ impl Curve {
     /// bounds; a narrow dip would leave them as they are. What [`MOST_PARTS`] do not decide keeps the bounds
     /// that are proved of it.
     fn formula_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
-        let mut found = Range::NOTHING;
+        let mut found = Range::EMPTY;
         // With the distances on twice and four times the interval. The last part is the next one: first those
         // at high speeds, since towards rest halving need not end.
         let mut waiting = vec![(lo, hi, [f64::INFINITY; 2])];
@@ -326,11 +330,11 @@ impl Curve {
             let Some(phi) = self.formula(u) else { return Interval::ENTIRE.into() };
             let range: Range = (phi + Interval::of(viscous) * u).into();
             let middle = 0.5 * (lo + hi);
-            let samples = [lo, middle, hi].map(|u| viscous.mul_add(u, self.phi(u)));
+            let samples = [lo, middle, hi].map(|u| viscous.times_plus(u, self.phi(u)));
             let pushes = samples.map(|phi| phi < 0.0);
             let sampled = Range::of(samples);
             let distance = if pushes[0] { range.hi - sampled.hi } else { sampled.lo - range.lo };
-            let is_decided = range.lo >= NOTHING || range.hi < 0.0 || pushes != [pushes[0]; 3];
+            let is_decided = range.lo >= NOT_NEGATIVE || range.hi < 0.0 || pushes != [pushes[0]; 3];
             let cancels = distance < HALVED * before[0] && before[0] < HALVED * before[1] && before[1] < 1.0;
             left = left.saturating_sub(1);
             let bounds = match is_decided {

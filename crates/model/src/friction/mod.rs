@@ -25,7 +25,7 @@ mod weakening;
 pub use built_in::{BuiltIn, Fall, Strengthening};
 pub use column::Column;
 pub use coulomb::Coulomb;
-pub use curve::{Curve, NOTHING, Pieces, Ranges};
+pub use curve::{Curve, NOT_NEGATIVE, Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;
 pub use exponential::{Exponential, ExponentialFall};

@@ -134,7 +134,8 @@ impl Table {
         may_drop: bool,
     ) -> Result<Self, TableError> {
         if data.len() < 3 {
-            return error(None, format!("there are only {} data", data.len()), "give at least three");
+            let rows = if data.len() == 1 { "is only one row" } else { "are only two rows" };
+            return error(None, format!("there {rows}"), "give at least three");
         }
         for (row, &(u, phi)) in data.iter().enumerate() {
             if !(u.is_finite() && phi.is_finite()) {

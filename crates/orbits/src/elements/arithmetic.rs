@@ -1,6 +1,7 @@
 //! Sums and products that vectorise over the nodes of an element.
 
 use slipmap_model::friction::Polynomial;
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::gauss::MOST;
 
 /// Sine and cosine of the sum of two angles.
@@ -15,8 +16,8 @@ pub(super) fn weakening<const N: usize>(piece: &Polynomial, x: &[f64; N]) -> [[f
     let [mut value, mut slope] = [[0.0; N]; 2];
     for c in piece.c.iter().rev() {
         for j in 0..N {
-            slope[j] = x[j].mul_add(slope[j], value[j]);
-            value[j] = x[j].mul_add(value[j], *c);
+            slope[j] = x[j].times_plus(slope[j], value[j]);
+            value[j] = x[j].times_plus(value[j], *c);
         }
     }
     [value, slope.map(|slope| slope * piece.scale)]
@@ -28,7 +29,7 @@ pub(super) fn apply<const N: usize>(matrix: &[[f64; N]; N], values: &[f64; N]) -
     let mut sum = [0.0; N];
     for (row, value) in matrix.iter().zip(values) {
         for j in 0..N {
-            sum[j] = row[j].mul_add(*value, sum[j]);
+            sum[j] = row[j].times_plus(*value, sum[j]);
         }
     }
     sum

@@ -2,6 +2,7 @@
 
 use super::arithmetic::{apply, dot, first, turned};
 use slipmap_numbers::Aligned;
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::elementary::sin_cos;
 use slipmap_numbers::gauss::{MOST, Rule};
 
@@ -51,7 +52,7 @@ impl Element {
             let bend = apply(&rule.derivative, &first(&self.slope));
             for (j, bend) in bend.into_iter().enumerate() {
                 // Extrapolation is limited to half of the old half-width.
-                let shift = (half - self.half).mul_add(rule.nodes[j], middle - self.middle) / self.half;
+                let shift = (half - self.half).times_plus(rule.nodes[j], middle - self.middle) / self.half;
                 self.slope[j] += bend * shift.clamp(-0.5, 0.5);
             }
         }
@@ -68,9 +69,9 @@ impl Element {
         let slope = first::<N>(&self.slope);
         let rise = apply(&rule.antiderivative, &slope);
         for (log_r, rise) in self.log_r.iter_mut().zip(rise) {
-            *log_r = self.half.mul_add(rise, start);
+            *log_r = self.half.times_plus(rise, start);
         }
-        self.end = self.half.mul_add(dot(&rule.weights, &slope), start);
+        self.end = self.half.times_plus(dot(&rule.weights, &slope), start);
         self.end
     }
 }

@@ -6,6 +6,7 @@ use super::arithmetic::{apply, dot, first, turned, weakening};
 use super::element::Element;
 use slipmap_model::friction::Weakening;
 use slipmap_numbers::Aligned;
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::elementary::{exp, sin_cos, sin_cos_of_turn};
 use slipmap_numbers::gauss::{MOST, Rule};
 
@@ -110,7 +111,7 @@ impl Orbit<'_> {
             let half = 0.5 * (ends[1] - ends[0]) / span.parts as f64;
             let (mut at, by_half) = (*at_start, sin_cos(half));
             for (part, element) in (0..span.parts).zip(&mut elements) {
-                let middle = half.mul_add(2.0 * part as f64 + 1.0, ends[0]);
+                let middle = half.times_plus(2.0 * part as f64 + 1.0, ends[0]);
                 at = turned(at, by_half);
                 element.place(rule, middle, half, at);
                 at = turned(at, by_half);
@@ -152,7 +153,7 @@ impl Orbit<'_> {
             for j in 0..N {
                 let d = w[j] - viscous;
                 let left = LARGEST_LOG - element.log_r[j].abs();
-                let turn = d.mul_add(element.sin_cos[j], 1.0);
+                let turn = d.times_plus(element.sin_cos[j], 1.0);
                 let left = left.min(turn - SLOWEST_TURN);
                 room[j] = room[j].min(left);
                 let inverse = 1.0 / turn.max(SLOWEST_TURN);
@@ -161,7 +162,7 @@ impl Orbit<'_> {
                 b[j] = -part * inverse;
                 a[j] = b[j] * steepness[j] * v[j];
                 rho[j] = g[j] - element.slope[j];
-                expansion[j] = (element.half * d).mul_add(inverse, expansion[j]);
+                expansion[j] = (element.half * d).times_plus(inverse, expansion[j]);
             }
             element.next[..N].copy_from_slice(&g);
             element.by_damping[..N].copy_from_slice(&b);
@@ -177,7 +178,7 @@ impl Orbit<'_> {
             let (mut weight, mut inverse, mut weighted_b, mut weighted_rho) =
                 ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
             for j in 0..N {
-                let exponent = half.mul_add(grown[j], growth).clamp(-LARGEST_GROWTH, LARGEST_GROWTH);
+                let exponent = half.times_plus(grown[j], growth).clamp(-LARGEST_GROWTH, LARGEST_GROWTH);
                 weight[j] = exp::<4>(-exponent);
                 inverse[j] = a[j] / weight[j];
                 weighted_b[j] = weight[j] * b[j];
@@ -186,12 +187,12 @@ impl Orbit<'_> {
             let at_b = apply(&rule.antiderivative, &weighted_b);
             let at_rho = apply(&rule.antiderivative, &weighted_rho);
             for j in 0..N {
-                let next = inverse[j].mul_add(half.mul_add(at_rho[j], residual), g[j]);
-                let by = inverse[j].mul_add(half.mul_add(at_b[j], by_damping), b[j]);
+                let next = inverse[j].times_plus(half.times_plus(at_rho[j], residual), g[j]);
+                let by = inverse[j].times_plus(half.times_plus(at_b[j], by_damping), b[j]);
                 (element.next[j], element.by_damping[j]) = (next, by);
-                size[j] = half.mul_add(weighted_rho[j].abs(), size[j]);
-                slopes[j] = half.mul_add(next, slopes[j]);
-                slopes_by_damping[j] = half.mul_add(by, slopes_by_damping[j]);
+                size[j] = half.times_plus(weighted_rho[j].abs(), size[j]);
+                slopes[j] = half.times_plus(next, slopes[j]);
+                slopes_by_damping[j] = half.times_plus(by, slopes_by_damping[j]);
             }
             growth += half * dot(&rule.weights, &a);
             by_damping += half * dot(&rule.weights, &weighted_b);
@@ -216,15 +217,15 @@ impl Orbit<'_> {
         for element in &mut self.elements {
             // From here on the two arrays hold the new p' and p.
             for j in 0..N {
-                element.next[j] = change.mul_add(element.by_damping[j], element.next[j]);
+                element.next[j] = change.times_plus(element.by_damping[j], element.next[j]);
             }
             let next = first::<N>(&element.next);
             let rise = apply(&rule.antiderivative, &next);
             for j in 0..N {
-                element.by_damping[j] = element.half.mul_add(rise[j], start);
+                element.by_damping[j] = element.half.times_plus(rise[j], start);
                 longest[j] = longest[j].max((element.by_damping[j] - element.log_r[j]).abs());
             }
-            start = element.half.mul_add(dot(&rule.weights, &next), start);
+            start = element.half.times_plus(dot(&rule.weights, &next), start);
             element.end = start;
         }
         let longest = longest.iter().copied().fold(0.0, f64::max);
@@ -237,7 +238,7 @@ impl Orbit<'_> {
                 (element.slope, element.log_r) = (element.next, element.by_damping);
             } else {
                 for j in 0..N {
-                    element.slope[j] = share.mul_add(element.next[j] - element.slope[j], element.slope[j]);
+                    element.slope[j] = share.times_plus(element.next[j] - element.slope[j], element.slope[j]);
                 }
                 start = element.integrate(rule, start);
             }
@@ -256,11 +257,11 @@ impl Orbit<'_> {
             let piece = law.polynomial(element.piece);
             let mut x = first::<N>(&element.cos);
             for x in &mut x {
-                *x = (radius.mul_add(-*x, belt_speed) - piece.middle) * piece.scale;
+                *x = (radius.times_plus(-*x, belt_speed) - piece.middle) * piece.scale;
             }
             let [w, _] = weakening(&piece, &x);
             for j in 0..N {
-                sum[j] = (element.half * element.sin_squared[j]).mul_add(w[j], sum[j]);
+                sum[j] = (element.half * element.sin_squared[j]).times_plus(w[j], sum[j]);
                 largest[j] = largest[j].max(w[j].abs());
             }
         }
@@ -330,9 +331,9 @@ impl Orbit<'_> {
             let (before_pi, number) = (i < half, first + if i < half { i } else { 2 * half - i });
             let [sin, cos] = self.sin_cos[i];
             let d = weakening.at(breaks[number]) - self.viscous;
-            let turn = (d * sin).mul_add(cos, 1.0).clamp(SLOWEST_TURN, 2.0);
+            let turn = (d * sin).times_plus(cos, 1.0).clamp(SLOWEST_TURN, 2.0);
             let target = if before_pi { angle(at_bounds[i]) } else { TAU - angle(at_bounds[i]) };
-            let moved = turn.mul_add(target - self.bounds[i], self.bounds[i]);
+            let moved = turn.times_plus(target - self.bounds[i], self.bounds[i]);
             let [lowest, highest] =
                 if before_pi { [bounds[i - 1], PI] } else { [bounds[i - 1].max(PI), TAU] };
             bounds[i] = moved.clamp(lowest, highest);
@@ -391,7 +392,7 @@ impl Orbit<'_> {
             let width = element.half / parts as f64;
             for (part, matrix) in transfers.iter().enumerate() {
                 let slope = Aligned(apply(matrix, &element.slope));
-                let middle = width.mul_add(2.0 * part as f64 + 1.0, element.middle - element.half);
+                let middle = width.times_plus(2.0 * part as f64 + 1.0, element.middle - element.half);
                 self.elements.push(Element { slope, middle, half: width, ..Element::new(element.piece) });
             }
         }

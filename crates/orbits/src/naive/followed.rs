@@ -5,6 +5,7 @@ use super::runge_kutta::{Control, State, classical, dormand_prince};
 use super::{Followed, NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::flow::Failure;
+use slipmap_numbers::TimesPlus as _;
 
 /// Slip speed in units of d above which tanh counts as saturated: tanh 5 = 0.9999. On a sticking orbit the
 /// friction balances the other forces, which near the exit point takes slip speeds of several d.
@@ -65,7 +66,7 @@ fn sticking_state(oscillator: &Oscillator) -> State {
 
 /// Returns whether static friction could hold the mass at this state.
 fn holds(oscillator: &Oscillator, [x1, x2]: &State) -> bool {
-    oscillator.viscous.mul_add(*x2, *x1).abs() < 1.0
+    oscillator.viscous.times_plus(*x2, *x1).abs() < 1.0
 }
 
 /// The field with tanh((x2 - V)/d) for the sign.

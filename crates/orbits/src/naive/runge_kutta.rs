@@ -2,6 +2,7 @@
 //! `ode45` and `solve_ivp`.
 
 use slipmap_model::flow::Failure;
+use slipmap_numbers::TimesPlus as _;
 
 /// A state (x1, x2).
 pub(super) type State = [f64; 2];
@@ -23,7 +24,7 @@ const ERROR: [f64; 7] =
 #[inline]
 fn moved(state: &State, h: f64, weights: &[f64], slopes: &[State]) -> State {
     let sum = |i: usize| weights.iter().zip(slopes).map(|(weight, slope)| weight * slope[i]).sum::<f64>();
-    [h.mul_add(sum(0), state[0]), h.mul_add(sum(1), state[1])]
+    [h.times_plus(sum(0), state[0]), h.times_plus(sum(1), state[1])]
 }
 
 /// A step of the classical method of order 4.

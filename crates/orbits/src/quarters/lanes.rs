@@ -8,6 +8,7 @@ use crate::polar::{LANES, Vector};
 use slipmap_model::corners::{self, End};
 use slipmap_model::friction::ExponentialFall;
 use slipmap_numbers::Aligned;
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::elementary::{exp_falling, sin_cos};
 
 /// Longest step in the angle.
@@ -144,16 +145,16 @@ impl<'a> Together<'a> {
             // The sines of the angle and of its half have no rounding errors but relative ones.
             let [sin_4, cos_4] = sin_cos(0.25 * x[lane]);
             let sin_2 = 2.0 * sin_4 * cos_4;
-            let cos_2 = (-2.0 * sin_4).mul_add(sin_4, 1.0);
+            let cos_2 = (-2.0 * sin_4).times_plus(sin_4, 1.0);
             sin[lane] = 2.0 * sin_2 * cos_2;
             let height = self.radius[lane] * sin[lane];
-            square[lane] = height.mul_add(height, 2.0 * state[lane]);
-            slip[lane] = self.way[lane].mul_add(2.0 * sin_2 * sin_2, self.slip[lane]);
+            square[lane] = height.times_plus(height, 2.0 * state[lane]);
+            slip[lane] = self.way[lane].times_plus(2.0 * sin_2 * sin_2, self.slip[lane]);
             // In a loop of its own, which the compiler unrolls, this would not be vectorised.
             let (x, squared) = (self.rate[lane] * slip[lane], self.squared[lane]);
-            let fading = exp_falling(-x * squared.mul_add(x, 1.0 - squared));
-            let lower = squared.mul_add(2.0 * x, 1.0 - squared);
-            w[lane] = (self.steepest[lane] * lower).mul_add(fading, -self.rise[lane]);
+            let fading = exp_falling(-x * squared.times_plus(x, 1.0 - squared));
+            let lower = squared.times_plus(2.0 * x, 1.0 - squared);
+            w[lane] = (self.steepest[lane] * lower).times_plus(fading, -self.rise[lane]);
         }
         if self.has_others {
             for lane in 0..LANES {
@@ -178,7 +179,7 @@ impl<'a> Together<'a> {
     /// The arrival of a quarter that cannot be followed further, where it has crept up to the equilibrium.
     fn crept(&self, lane: usize) -> Option<Arrival> {
         let height = self.radius[lane] * self.x[lane].sin();
-        let square = height.mul_add(height, 2.0 * self.state[lane]);
+        let square = height.times_plus(height, 2.0 * self.state[lane]);
         let is_there = self.x[lane] > NEARLY_THERE && square < AT_REST * self.radius[lane].powi(2);
         is_there.then(|| Arrival::at_rest(self.radius[lane]))
     }
@@ -311,7 +312,7 @@ impl<'a> Together<'a> {
 impl Field<{ 3 * LANES }> for Together<'_> {
     #[inline(always)]
     fn slope(&mut self, stage: usize, state: &State) -> State {
-        let x = Vector::from_fn(|lane| NODES[stage].mul_add(self.h[lane], self.x[lane]));
+        let x = Vector::from_fn(|lane| NODES[stage].times_plus(self.h[lane], self.x[lane]));
         let Places { square, rate, time, room, .. } = self.places(&x, state);
         let mut slope = State::default();
         for lane in 0..LANES {
@@ -320,7 +321,7 @@ impl Field<{ 3 * LANES }> for Together<'_> {
             let by = self.h[lane] * time[lane];
             slope[lane] = rate[lane] * square[lane] * by;
             slope[LANES + lane] =
-                rate[lane].mul_add(state[LANES + lane], -self.sign[lane] * square[lane]) * by;
+                rate[lane].times_plus(state[LANES + lane], -self.sign[lane] * square[lane]) * by;
             slope[2 * LANES + lane] = rate[lane] * by;
         }
         slope

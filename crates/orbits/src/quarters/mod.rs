@@ -50,6 +50,7 @@ use quarter::{Quarter, Rate, layer};
 use slipmap_model::corners::Layers;
 use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::{Curve, Weakening};
+use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::vectorized;
 
 /// Error of C of the first orbits, which only lead near a root, in units of C.
@@ -190,13 +191,13 @@ impl Meeting {
     /// The sum of what belongs to both ways in which a change of R cancels: of the mismatches the gap that no R closes.
     fn of_ways(&self, [down, up]: [f64; 2]) -> f64 {
         let [of_down, of_up] = self.by_depth.map(f64::abs);
-        2.0 * of_down.mul_add(up, of_up * down) / (of_down + of_up)
+        2.0 * of_down.times_plus(up, of_up * down) / (of_down + of_up)
     }
 
     /// The step of ln R^2 that belongs to one of C, on the way on which ln W^2 feels R more.
     fn deeper(&self, change: f64) -> f64 {
         let way = usize::from(self.by_depth[1].abs() > self.by_depth[0].abs());
-        -self.by_damping[way].mul_add(change, self.mismatch[way]) / self.by_depth[way]
+        -self.by_damping[way].times_plus(change, self.mismatch[way]) / self.by_depth[way]
     }
 
     /// The gap that a step in C and ln R^2 leaves, by the change of the derivatives on the `way` here; infinite for a longer

@@ -2,6 +2,7 @@
 
 use slipmap_model::corners::{LEAST_STEP, Layers};
 use slipmap_model::friction::{Curve, ExponentialFall, Range, Weakening};
+use slipmap_numbers::TimesPlus as _;
 
 /// Rate of the polar angle by the law, from which on quarters are followed.
 const STEEP: f64 = 0.6;
@@ -122,7 +123,7 @@ pub(super) struct Quarter<'a> {
 impl Quarter<'_> {
     /// Bounds of the weakening rate between two distances from the start.
     fn range(&self, from: f64, to: f64) -> Range {
-        let [one, other] = [from, to].map(|beyond| self.toward.mul_add(beyond, self.slip));
+        let [one, other] = [from, to].map(|beyond| self.toward.times_plus(beyond, self.slip));
         self.rate.range(one.min(other), one.max(other))
     }
 
@@ -130,7 +131,7 @@ impl Quarter<'_> {
     pub(super) fn longest(&self, angle: f64) -> f64 {
         let half = (0.5 * angle).sin();
         let beyond = 2.0 * self.radius * half * half;
-        let [low, high] = self.layers.around(self.toward.mul_add(beyond, self.slip));
+        let [low, high] = self.layers.around(self.toward.times_plus(beyond, self.slip));
         let way = if self.toward > 0.0 { high - self.slip } else { self.slip - low };
         let to = 2.0 * (0.5 * way / self.radius).min(1.0).sqrt().asin();
         (to - angle).max(LEAST_STEP * angle)
@@ -148,7 +149,7 @@ impl Quarter<'_> {
     /// The start, with the number of evaluations.
     pub(super) fn start(&self) -> (Start, u64) {
         let Self { rate, radius, slip, toward, speed, layer, viscous, sign, allowed, .. } = *self;
-        let braking = |beyond: f64| -sign * (rate.at(toward.mul_add(beyond, slip)) - viscous);
+        let braking = |beyond: f64| -sign * (rate.at(toward.times_plus(beyond, slip)) - viscous);
         // A drop is felt until W by the spring, (2 radius)^(1/2) q, exceeds it.
         let of_drop = if speed > 0.0 { speed / (2.0 * radius).sqrt() } else { f64::INFINITY };
         let step = FIRST_STEP * layer.sqrt().min(of_drop);
@@ -216,7 +217,7 @@ impl Quarter<'_> {
             let off = f64::max(changes[0], changes[1]);
             let error = speed * speed * off;
             if late.is_none() && off < BALANCED && error < SHARE * allowed * f64::exp(forgotten) {
-                let h = 0.5 * speed.mul_add(speed, -beyond * (2.0 * radius - beyond));
+                let h = 0.5 * speed.times_plus(speed, -beyond * (2.0 * radius - beyond));
                 let (q, by_damping) = (beyond.sqrt(), -sign * speed * speed / here);
                 let error = error + f64::EPSILON * radius * radius;
                 let start = Start { q, h, by_damping, error, step: 0.5 / (stiffness * q) };

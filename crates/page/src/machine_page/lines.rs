@@ -51,7 +51,7 @@ pub(super) fn sections(
     }
     sections.push(("Motion", motion(all, written)));
     sections.push(("Critical damping changes with", sensitivities(all, written, uncertain)));
-    sections.push(("What is proved and what is computed", proved(all)));
+    sections.push(("What is proved and what is computed", proved(all, uncertain)));
     sections
 }
 
@@ -410,9 +410,15 @@ fn sensitivities(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -
     lines.collect()
 }
 
-fn proved(all: &Assessment) -> Vec<Line> {
-    let is_measured = matches!(all.machine.friction, Friction::Measured(_));
-    let of_curve = if is_measured { ", for the curve through the data" } else { "" };
+fn proved(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+    let is_fitted = uncertain.iter().any(|(_, spread)| matches!(spread, Spread::Joint { .. }));
+    let of_curve = match all.machine.friction {
+        Friction::Measured(_) => ", for the curve through the data",
+        // A probability beside it is of all that the errors leave.
+        _ if is_fitted => ", for the fitted curve and no other within its errors",
+        _ if !uncertain.is_empty() => ", for the values alone, without their spread",
+        _ => "",
+    };
     let deciding: Vec<_> = all.proofs.iter().filter(|proof| proof.verdict != "undecided").collect();
     let proved = match deciding.first() {
         Some(first) => {

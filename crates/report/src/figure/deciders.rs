@@ -11,7 +11,6 @@ use super::bifurcations::boundary;
 use super::slice::Slice;
 use super::slice::{FEWEST_NODES, main_plane};
 use super::verdict_panels::panel_epsilons;
-use slipmap_certify::Guarantee;
 use slipmap_column::Method;
 use slipmap_figure::scene::Width;
 use slipmap_figure::text::{Rich, rich};
@@ -24,9 +23,8 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
     let map = view.map;
     let decided =
         |method: usize| -> u64 { report.verdicts.confusion[method].iter().map(Confusion::claims).sum() };
-    let mut tests: Vec<usize> = (0..map.methods().len())
-        .filter(|&m| matches!(map.methods()[m].guarantee(), Guarantee::FiniteEpsilon | Guarantee::Validated))
-        .collect();
+    let mut tests: Vec<usize> =
+        (0..map.methods().len()).filter(|&m| map.methods()[m].guarantee().is_rigorous()).collect();
     tests.sort_by_key(|&m| (decided(m), m));
     let methods: Vec<Method> =
         tests.iter().chain(&report.verdicts.simulation).map(|&m| map.methods()[m]).collect();

@@ -1,5 +1,6 @@
 //! Error of each method's boundary against eps, on logarithmic axes. At one eps the table says it.
 
+use super::super::boundary::Order;
 use super::super::view::View;
 use super::super::{MethodBoundary, Report};
 use super::Figure;
@@ -19,7 +20,7 @@ fn drawn(method: &MethodBoundary, epsilon: usize) -> Option<(f64, f64, f64)> {
     let errors = &method.errors[epsilon];
     let median = errors.sizes.quantile(0.5).filter(|median| *median > 0.0)?;
     let high = errors.sizes.quantile(0.95)?.max(median);
-    Some((median, high, errors.worst.as_ref().map_or(high, |worst| worst.error.abs()).max(high)))
+    Some((median, high, errors.worst.map_or(high, f64::abs).max(high)))
 }
 
 /// A logarithmic scale around all errors that are drawn.
@@ -55,7 +56,7 @@ pub(crate) fn errors(view: &View, report: &Report, width: Width) -> Option<Figur
          one value of each other parameter; in each column where both are known, the error is the distance between the \
          damping up to which the method claims the cycle and {c^*}. For a test that claims only what it proves, this is \
          the width of the band that it leaves open. Marks: median over the columns; thin lines: the error that 95 % of \
-         them do not exceed. {p}: the exponent between the two smallest {epsilon}, error ~ {epsilon}^{p}.",
+         them do not exceed. {p}: the order of the error, {epsilon}^{p}, where it is asymptotic.",
     );
     let cells = report
         .boundaries
@@ -95,8 +96,8 @@ fn curves(method: &MethodBoundary, epsilons: &[f64]) -> Vec<Curve> {
     ]
 }
 
-/// ", p = 2.01".
+/// ", p = 2.01"; nothing where the error is not asymptotic.
 fn order(method: &MethodBoundary) -> Rich {
-    let Some(order) = method.orders.first() else { return Rich::default() };
-    rich(", {p} = ").then(Rich::foreign(&format!("{:.2}", order.order).replace('-', "−")))
+    let Some(order) = method.orders.first().and_then(Order::asymptotic) else { return Rich::default() };
+    rich(", {p} = ").then(Rich::foreign(&format!("{order:.2}").replace('-', "−")))
 }

@@ -6,37 +6,30 @@ use super::super::table::{Cell, Column, ColumnOf, Show, Table};
 use super::super::view::View;
 use super::{EPSILON_DIGITS, column_of, in_unit, percent, words};
 use slipmap_figure::text::rich;
-use slipmap_page::units::Label;
 
 pub fn boundary(view: &View, report: &Report) -> Table {
     let map = view.map;
     let boundaries = &report.boundaries;
     let axes = map.grid().axes();
     let damping = view.axis(&axes[axes.len() - 1]);
-    let parameters = &axes[1..axes.len() - 1];
     let mut rows = Vec::new();
     for (e, &epsilon) in map.grid().epsilons().iter().enumerate() {
         for method in &boundaries.methods {
             let errors = &method.errors[e];
-            let mut row = vec![
+            rows.push(vec![
                 Cell::Real(epsilon),
                 words(&method.method),
                 Cell::Count(errors.sizes.count),
                 in_unit(errors.sizes.quantile(0.5), &damping),
                 in_unit(errors.sizes.quantile(0.95), &damping),
-                in_unit(errors.worst.as_ref().map(|worst| worst.error), &damping),
+                in_unit(errors.worst, &damping),
                 percent(errors.beyond as f64, errors.sizes.count as f64).into(),
                 Cell::Count(errors.only_exact),
                 Cell::Count(errors.only_method),
-            ];
-            for (axis, parameter) in parameters.iter().enumerate() {
-                let worst = errors.worst.as_ref().map(|worst| parameter.values[worst.column[axis + 1]]);
-                row.push(in_unit(worst, &view.axis(parameter)));
-            }
-            rows.push(row);
+            ]);
         }
     }
-    let mut columns = vec![
+    let columns = vec![
         Column::new("epsilon", "{epsilon}", EPSILON_DIGITS),
         Column::new("method", "method", Show::AsIs),
         Column::new("columns", "columns", Show::AsIs),
@@ -47,11 +40,6 @@ pub fn boundary(view: &View, report: &Report) -> Table {
         Column::new("only_exact", "none claimed", Show::AsIs),
         Column::new("only_method", "none exists", Show::AsIs),
     ];
-    for parameter in parameters {
-        let label = view.axis(parameter);
-        let named = Label { name: rich("worst ").then(label.name.clone()), ..label };
-        columns.push(Column { key: named.header(), heading: named.text(), show: Show::Trimmed(4) });
-    }
     let origin = if boundaries.stored { "read from the map" } else { "computed again for this report" };
     let notes = vec![rich(&format!(
         "Error: the damping {{c}} up to which the method claims the cycle minus the exact critical damping {{c^*}} \
@@ -68,12 +56,14 @@ pub fn boundary(view: &View, report: &Report) -> Table {
     }
 }
 
-/// The order in eps of the boundary's error, between neighbouring eps.
+/// The order in eps of the boundary's error, where it is asymptotic.
 pub fn order(report: &Report) -> Table {
     let note = "From the median errors at two neighbouring {epsilon}, over the columns that have both boundaries at every \
-                {epsilon}. Medians below the error of {c^*} itself are left out; a method without two others has no \
-                order.";
-    let caption = rich("Order {p} of the boundary's error in {c}, which falls like {epsilon^p}.");
+                {epsilon}; medians below the error of {c^*} itself are left out. {p} ±: how far the exponent is from the \
+                order, from the next pair's. It is told where that is at most 0.1.";
+    let caption = rich(
+        "Order {p} of the boundary's error in {c}, which falls like {epsilon^p} where it is asymptotic.",
+    );
     let rows: Vec<(&str, Option<Order>)> = report
         .boundaries
         .methods
@@ -83,11 +73,19 @@ pub fn order(report: &Report) -> Table {
             of.orders.iter().map(|order| (of.method.as_str(), Some(*order))).chain(none)
         })
         .collect();
-    let columns: [ColumnOf<(&str, Option<Order>)>; 4] = [
+    let why_not = |of: &Option<Order>| match of {
+        None => words("fewer than two medians above the error of c*"),
+        Some(of) if of.asymptotic().is_some() => Cell::Missing,
+        Some(Order { deviation: None, .. }) => words("no larger pair to compare with"),
+        Some(of) => words(&format!("not asymptotic: the exponent {:.2} still changes", of.exponent)),
+    };
+    let columns: [ColumnOf<(&str, Option<Order>)>; 6] = [
         ("method", "method", Show::AsIs, &|(method, _)| words(method)),
         ("epsilon_from", "{epsilon} from", EPSILON_DIGITS, &|(_, of)| of.map(|of| of.epsilons[0]).into()),
         ("epsilon_to", "to", EPSILON_DIGITS, &|(_, of)| of.map(|of| of.epsilons[1]).into()),
-        ("order", "{p}", Show::Decimals(2), &|(_, of)| of.map(|of| of.order).into()),
+        ("order", "{p}", Show::Decimals(2), &|(_, of)| of.and_then(|of| of.asymptotic()).into()),
+        ("order_error", "±", Show::Decimals(2), &|(_, of)| of.and_then(|of| of.deviation).into()),
+        ("why_not", "not told because", Show::AsIs, &|(_, of)| why_not(of)),
     ];
     Table { notes: vec![rich(note)], ..Table::of("order", caption, &rows, &columns) }
 }

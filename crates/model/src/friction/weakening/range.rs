@@ -14,7 +14,7 @@ pub(super) fn blocks(pieces: &[Piece]) -> Vec<Range> {
     pieces.chunks(BLOCK).filter_map(hull).collect()
 }
 
-const NOTHING: Range = Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+const UNKNOWN: Range = Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
 /// Largest number of bisections in the search for a polynomial's extremes.
 const HALVINGS: u32 = 26;
@@ -27,7 +27,7 @@ impl Piece {
     /// Proved bounds of w on the whole piece [a, b].
     pub(super) fn range_on(&self, a: f64, b: f64) -> Range {
         match self.slope {
-            _ if !self.error.is_finite() => NOTHING,
+            _ if !self.error.is_finite() => UNKNOWN,
             Sign::NotNegative | Sign::NotPositive => self.near(a).hull(self.near(b)),
             Sign::Unknown => self.range_between(a, b),
         }
@@ -189,7 +189,7 @@ impl Weakening {
     #[inline(always)]
     fn bounds(&self, lo: f64, hi: f64) -> Range {
         if !(0.0 <= lo && lo <= hi && hi <= self.reach()) {
-            return NOTHING;
+            return UNKNOWN;
         }
         let (first, last) = (self.piece_of(lo), self.piece_of(hi));
         let mut range = self.part(first, lo, hi);
@@ -227,11 +227,11 @@ impl Weakening {
     pub fn even_range(&self, belt_speed: f64, within: f64) -> Range {
         let farthest = belt_speed + within;
         if !(within >= 0.0 && within <= belt_speed && farthest <= self.reach()) {
-            return NOTHING;
+            return UNKNOWN;
         }
         let nearest = belt_speed - within;
         let pieces = &self.pieces[self.pieces_between(nearest, farthest.next_up().min(self.reach()))];
-        let Some(bend) = pieces.first().map(|piece| piece.bend) else { return NOTHING };
+        let Some(bend) = pieces.first().map(|piece| piece.bend) else { return UNKNOWN };
         // The even part of a function that is convex, or concave, everywhere is monotone in |v|. A law with
         // corners is excluded, since its slope may jump the other way there.
         if bend != Sign::Unknown && pieces.iter().all(|piece| piece.bend == bend) && self.corners().is_empty()
@@ -277,7 +277,7 @@ impl Weakening {
                 None => Some(part.range()),
             };
         }
-        found.unwrap_or(NOTHING)
+        found.unwrap_or(UNKNOWN)
     }
 }
 
@@ -312,7 +312,7 @@ impl<'a> EvenPart<'a> {
     /// Bounds of the even part.
     fn range(&self) -> Range {
         if !self.error.is_finite() {
-            return NOTHING;
+            return UNKNOWN;
         }
         let local = |piece: &Piece, ends: [f64; 2]| {
             let [from, to] = ends.map(|u| (u - piece.middle) * piece.scale);

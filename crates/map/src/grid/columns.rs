@@ -10,7 +10,7 @@ impl Grid {
     pub(crate) fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Option<Column>> + 'a {
         let mut index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
         let mut values = self.values(&index);
-        let mut source = Source::new(self, &values);
+        let mut source = Maker::new(self, &values);
         (0..tile.columns()).map(move |_| {
             let column = source.column(&values);
             // Increments the index, beginning with the fastest axis other than the damping.
@@ -33,7 +33,7 @@ impl Grid {
 }
 
 /// Makes the columns of a tile one after the other, of each law once.
-struct Source<'a> {
+struct Maker<'a> {
     grid: &'a Grid,
     /// That of the next column, in dimensionless numbers.
     point: Point,
@@ -44,7 +44,7 @@ struct Source<'a> {
     known: Option<(Law, LawParameters, [f64; 2])>,
 }
 
-impl<'a> Source<'a> {
+impl<'a> Maker<'a> {
     fn new(grid: &'a Grid, values: &[f64]) -> Self {
         let (machine, none) = (grid.machine_at(values), LawParameters::new(&[]));
         let point = match machine {
