@@ -1,6 +1,6 @@
 //! The methods and engines that are compared, each at several settings of its main parameter.
 
-use slipmap_certify::{TESTS, Test, validated};
+use slipmap_certify::{TESTS, Test, curve};
 use slipmap_column::Verdict;
 use slipmap_column::critical::critical_dampings;
 use slipmap_model::filippov::Oscillator;
@@ -87,12 +87,14 @@ pub(super) fn closed_form(test: &Test, cell: &Cell) -> Answer {
     Answer { verdict, margin: None, critical: Some(claim.present_below) }
 }
 
-/// The middle between what is proved of presence and of absence.
-fn proved(cell: &Cell, _: f64) -> Answer {
-    let claim = validated::TEST.claim(&cell.column);
-    let (lo, hi) = (claim.present_below, claim.absent_above);
-    let known = (lo.is_finite() && hi.is_finite()).then(|| (0.5 * (lo + hi), 0.5 * (hi - lo)));
-    compare(cell.point.damping, known)
+/// The middle of the proved enclosure.
+fn validated(cell: &Cell, _: f64) -> Answer {
+    let range = curve::prove(&cell.column).critical();
+    let is_known = range.lo.is_finite() && range.hi.is_finite();
+    compare(
+        cell.point.damping,
+        is_known.then_some((0.5 * (range.lo + range.hi), 0.5 * (range.hi - range.lo))),
+    )
 }
 
 fn critical_damping(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
@@ -130,7 +132,7 @@ pub fn contestants() -> Vec<Contestant> {
         fixed(test.name, Kind::ClosedForm, Solver::Test(test), Output::CriticalDampings)
     };
     let mut all: Vec<Contestant> = TESTS.iter().map(test).collect();
-    all.push(fixed("validated", Kind::Engine, Solver::Each(proved), Output::CriticalDampings));
+    all.push(fixed("validated", Kind::Engine, Solver::Each(validated), Output::CriticalDampings));
     let engines = [
         ("critical_damping", Solver::Batch(critical_damping), Output::CriticalDampings),
         ("simulation", Solver::Each(simulation), Output::Nothing),
