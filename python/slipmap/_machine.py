@@ -340,7 +340,9 @@ class Machine:
         results = elementwise(kernel, values or {"belt_speed": self["belt_speed"]}, outputs[: 1 + return_error])
         return results if return_error else results[0]
 
-    def risk(self, *, draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)) -> Risk:
+    def risk(
+        self, *, draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001), seconds: float | None = None
+    ) -> Risk:
         """The probability that the machine may stick-slip, given what is uncertain, and the dampings that make it rare.
 
         Parameters
@@ -349,11 +351,14 @@ class Machine:
             Draws of the uncertain quantities; by default 100000, or as many as take some seconds.
         rare : sequence of float
             Probabilities for which the damping is sought.
+        seconds : float, optional
+            Time after which no more is drawn; how many draws there are depends on it then.
 
         Returns
         -------
         Risk
-            ``probability`` (its ``value`` and 95 % ``limits_95``), ``rare_by`` (for each probability the ``damping``), the
+            ``probability`` (its ``value`` and 95 % ``limits_95``), ``by_itself`` (likewise: that steady slip is
+            unstable, so that it needs no knock), ``rare_by`` (for each probability the ``damping``), the
             ``critical_damping_standard_error`` that measured friction makes, and how many ``draws`` there were.
 
         Examples
@@ -364,7 +369,7 @@ class Machine:
         >>> 0.0 < pad.risk(draws=1000).probability.value < 1.0
         True
         """
-        return decode(Risk, json.loads(self._core.risk(_draws(draws), list(rare))))
+        return decode(Risk, json.loads(self._core.risk(_draws(draws), list(rare), seconds)))
 
     def page(
         self, *, title: str = "Machine", draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)

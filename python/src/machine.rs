@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::time::Duration;
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyNotImplementedError, PyTypeError, PyValueError};
@@ -265,13 +266,22 @@ impl Machine {
     }
 
     /// The probability that it may stick-slip, and the dampings that make it rare, as JSON.
-    fn risk(&self, py: Python<'_>, draws: Option<usize>, rare: Vec<f64>) -> PyResult<String> {
+    fn risk(
+        &self,
+        py: Python<'_>,
+        draws: Option<usize>,
+        rare: Vec<f64>,
+        seconds: Option<f64>,
+    ) -> PyResult<String> {
+        let time = seconds.map(Duration::try_from_secs_f64).transpose();
+        let time =
+            time.map_err(|_| PyValueError::new_err(format!("seconds = {seconds:?}: must be at least 0")))?;
         if !is_uncertain(&self.machine, &self.uncertain) {
             return Err(PyValueError::new_err(
                 "nothing of the machine is uncertain; give quantities as {\"value\": 2.0, \"sd\": 0.1} or {\"min\": 1.8, \"max\": 2.2}",
             ));
         }
-        let found = run(py, None, None, |_| risk(&self.machine, &self.uncertain, draws, &rare))?;
+        let found = run(py, None, None, |_| risk(&self.machine, &self.uncertain, draws, &rare, time))?;
         let found = found.map_err(|why| PyValueError::new_err(why.to_string()))?;
         json(&found)
     }
@@ -290,7 +300,7 @@ impl Machine {
             let all =
                 assess_fitted(&self.machine, &self.uncertain).ok_or("the friction leaves the numbers")?;
             let uncertain = is_uncertain(&self.machine, &self.uncertain);
-            let found = uncertain.then(|| risk(&self.machine, &self.uncertain, draws, &rare));
+            let found = uncertain.then(|| risk(&self.machine, &self.uncertain, draws, &rare, None));
             let risk = match found.transpose() {
                 Ok(found) => found,
                 // The rest of the page does not depend on it.
@@ -301,6 +311,7 @@ impl Machine {
                 title,
                 uncertain: &self.uncertain,
                 units: &self.written,
+                speeds: None,
                 risk: risk.as_ref(),
                 source,
             };
