@@ -57,7 +57,7 @@ pub struct Fit {
     /// Root mean square of the residuals in slip, in units of the friction.
     pub residual: f64,
     /// The sum of the squares of the residuals in units of the standard errors, divided by the degrees of freedom;
-    /// `None` for readings without standard errors.
+    /// `None` for readings without standard errors, and on a curve.
     pub reduced: Option<f64>,
     /// Readings less friction, in the order of the readings in slip.
     pub residuals: Vec<f64>,
@@ -240,7 +240,8 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading], root: Option<&D
         at_rest,
         aicc,
         residual,
-        reduced: known.then_some(reduced),
+        // Neighbours on a curve are hardly more than its few degrees of freedom.
+        reduced: (known && root.is_none()).then_some(reduced),
         lack,
         residuals,
     })
