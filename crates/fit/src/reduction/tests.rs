@@ -46,7 +46,7 @@ fn case(name: &str) -> Case {
 
 fn rows((speeds, friction, visits): &Case) -> Rows<'_> {
     let last = speeds.iter().copied().fold(0.0, f64::max);
-    Rows { speeds, friction, errors: None, visits: visits.as_deref(), aside: None, last }
+    Rows { speeds, friction, errors: None, visits: visits.as_deref(), aside: None, last, told_at: &[] }
 }
 
 fn of(case: &Case) -> Reduced {
