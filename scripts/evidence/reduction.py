@@ -5,7 +5,8 @@
 
 import numpy as np
 K, ELL, TAU0, NL, NVS, REF, KEEP, KNOTS = 20, 1.5, 0.1, 8, 20, 24, 11.0, 24
-SHAPES = [lambda z, k=k: np.exp(-np.minimum(z, 1e3) ** k) for k in (.5, .7, 1, 1.4, 2)] + [lambda z: 1 / (1 + z), lambda z: 1 / (1 + z * z), lambda z: (1 + z) ** -2.0]
+SHAPES = [lambda z: 1 / (1 + z), lambda z: 1 / (1 + z * z), lambda z: (1 + z) ** -2.0] + [lambda z, k=k: np.exp(-np.minimum(z, 1e3) ** k) for k in .5 * 2 ** (np.arange(17) / 8)]
+LOG_SHARE = [0.0] * 3 + [np.log(.25)] * 17  # of the exponents, of which there are many
 FLOOR = 3e-4  # of the range: what 20 splines and 24 knots leave
 RHOS = (0, .3, .5, .7, .8, .87, .92, .96, .985); RHOS_AFTER = (-.3, -.15, 0, .15, .3, .5); RATIOS = (.3, 1, 4, 16, 64, 256, 2000)
 
@@ -58,7 +59,7 @@ def posterior(u, y, visits=None, phi=(), rhos=RHOS, targets=None):
     for it in range(4):
         best = {s: np.full(len(x), -np.inf) for s, x in grid.items()}; tops = []
         for q in models:
-            lls = {s: weigh(q, s, np.exp(x), np.log(x[1] - x[0]))[0] for s, x in grid.items()}
+            lls = {s: weigh(q, s, np.exp(x), np.log(x[1] - x[0]) + LOG_SHARE[s])[0] for s, x in grid.items()}
             tops.append(max(l.max() for l in lls.values()))
             for s in grid: best[s] = np.maximum(best[s], lls[s].max(1))
         top = max(tops); models = [q for q, t in zip(models, tops) if t > top - 14]; new, done = {}, True
@@ -73,7 +74,7 @@ def posterior(u, y, visits=None, phi=(), rhos=RHOS, targets=None):
     for q in models:
         w = splines(np.log1p(kn / q['u0']), q['xm']) @ q['V']; cov = [(w * a) @ w.T for a in q['a']]
         for s, x in grid.items():
-            ll, s2, qg, gb, f = weigh(q, s, np.exp(x), np.log(x[1] - x[0]))
+            ll, s2, qg, gb, f = weigh(q, s, np.exp(x), np.log(x[1] - x[0]) + LOG_SHARE[s])
             for i, l in zip(*np.nonzero(ll > top - KEEP)):
                 k = w @ (q['a'][l] * qg[i]); out.append((ll[i, l], w @ (q['a'][l] * q['bt']) + f[i, l] * gb[i, l] * k, s2[i, l] * (cov[l] + f[i, l] * np.outer(k, k)), s2[i, l]))
     ll = np.array([o[0] for o in out]); wt = np.exp(ll - ll.max()); wt /= wt.sum(); m = np.array([o[1] for o in out]); mean = wt @ m

@@ -6,7 +6,7 @@
 //! f(u) = a + b u + c g(u / v) + deviation(u)
 //! ```
 //!
-//! with g one of [`SHAPES`], v on a grid of logarithms, and a deviation of cubic B-splines in ln(1 + u / u0), u0 on a grid,
+//! with g one of the functions of [`fall`], v on a grid of logarithms, and a deviation of cubic B-splines in ln(1 + u / u0), u0 on a grid,
 //! whose first and second differences are penalised, by eight weights each. Nothing is optimised: the curve is the mean
 //! over all of these by marginal likelihood, and its covariance that of the mixture. The rows of a table are independent,
 //! and a set; those of a record follow one another with an error that remembers, and one that is common to a visit of a
@@ -47,17 +47,21 @@ const RHOS_AFTER: [f64; 6] = [-0.3, -0.15, 0.0, 0.15, 0.3, 0.5];
 const FEWEST_VISITS: usize = 4;
 const VISITS_PER_ROW: f64 = 0.4;
 
-/// The falls g.
-const SHAPES: [fn(f64) -> f64; 8] = [
-    |z| (-z.sqrt()).exp(),
-    |z| (-z.powf(0.7)).exp(),
-    |z| (-z).exp(),
-    |z| (-z.powf(1.4)).exp(),
-    |z| (-z * z).exp(),
-    |z| 1.0 / (1.0 + z),
-    |z| 1.0 / (1.0 + z * z),
-    |z| (1.0 + z).powi(-2),
-];
+/// Number of falls g: three rational ones, and exp(-z^k) with k from 0.5 to 2, eight of them to a factor of 2.
+const SHAPES: usize = 20;
+const RATIONAL: usize = 3;
+/// Weight of one exponent, in units of that of a rational fall.
+const OF_EXPONENT: f64 = 0.25;
+
+/// The fall g of this number.
+fn fall(shape: usize, z: f64) -> f64 {
+    match shape {
+        0 => 1.0 / (1.0 + z),
+        1 => 1.0 / (1.0 + z * z),
+        2 => (1.0 + z).powi(-2),
+        power => (-z.powf(0.5 * (0.125 * (power - RATIONAL) as f64).exp2())).exp(),
+    }
+}
 
 type Square = SMatrix<f64, K, K>;
 type Vector = SVector<f64, K>;
@@ -448,18 +452,20 @@ struct Grid {
 }
 
 impl Grid {
+    /// The weight of each of its speeds.
     fn width(&self) -> f64 {
-        self.logs[1] - self.logs[0]
+        let share = if self.shape < RATIONAL { 1.0 } else { OF_EXPONENT };
+        share * (self.logs[1] - self.logs[0])
     }
 
     /// The coefficients of g for all v, in each basis.
     fn falls(&self, bases: &[Basis]) -> Vec<Vec<Vector>> {
         let of = |basis: &Basis| {
-            let fall = |log: &f64| {
+            let of_speed = |log: &f64| {
                 let speed = log.exp();
-                basis.of(|u| SHAPES[self.shape](u / speed))
+                basis.of(|u| fall(self.shape, u / speed))
             };
-            self.logs.iter().map(fall).collect()
+            self.logs.iter().map(of_speed).collect()
         };
         bases.iter().map(of).collect()
     }
@@ -495,7 +501,7 @@ fn posterior(rows: Rows, phi: &[f64], rhos: &[f64]) -> Reduced {
         models.extend(all.filter_map(|(gram, log)| Model::new((i, basis), &gram, log, freedom)));
     }
     let range = [(0.5 * slowest).max(fastest / 1000.0).ln(), fastest.ln()];
-    let grids = (0..SHAPES.len()).map(|shape| Grid { shape, logs: even(range[0], range[1], SPEEDS) });
+    let grids = (0..SHAPES).map(|shape| Grid { shape, logs: even(range[0], range[1], SPEEDS) });
     let grids = refined(&bases, &mut models, grids.collect(), &context);
     let mut found = mixture(&bases, &models, &grids, &context, rows);
     if let Some(aside) = rows.aside {
