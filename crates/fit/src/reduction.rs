@@ -102,6 +102,8 @@ pub struct Reduced {
     pub scatter: f64,
     /// The multiple of what is put aside.
     pub aside: f64,
+    /// The probability that visits have an error of their own.
+    of_visits: f64,
 }
 
 /// Reduces readings at six slip speeds at least, all of which are finite.
@@ -113,7 +115,8 @@ pub fn reduce(rows: Rows) -> Reduced {
     let visits = if are_many { &one } else { given };
     let rows = Rows { visits: Some(visits), ..rows };
     let first = posterior(rows, &[], &RHOS);
-    let phi = autoregression(&first.residuals(rows), visits);
+    // Without their means errors that remember look as if they did less.
+    let phi = autoregression(&first.residuals(rows), visits, first.of_visits > 0.5);
     if phi.len() > 1 { posterior(rows, &phi, &RHOS_AFTER) } else { first }
 }
 
@@ -312,6 +315,8 @@ impl Basis {
 /// One choice of u0 and of the noise: the deviation in coordinates in which both the rows and the penalty are diagonal.
 struct Model {
     basis: usize,
+    /// Whether visits have an error of their own.
+    of_visits: bool,
     /// To the coordinates, and back.
     into: Square,
     back: Square,
@@ -343,7 +348,11 @@ fn between(at: f64, x: &[f64], y: &[f64]) -> f64 {
 }
 
 impl Model {
-    fn new(basis: (usize, &Basis), gram: &Gram, log_determinant: f64, count: usize) -> Option<Self> {
+    fn new(
+        basis: (usize, &Basis),
+        (gram, log_determinant, of_visits): &(Gram, f64, bool),
+        count: usize,
+    ) -> Option<Self> {
         let (basis, Basis { penalty: of_basis, .. }) = basis;
         let rows: Square = gram.fixed_view::<K, K>(0, 0).into_owned();
         let with_friction: Vector = gram.fixed_view::<K, 1>(0, K).into_owned();
@@ -375,7 +384,7 @@ impl Model {
         let base = weights.iter().zip(&inverse).map(|(weight, inverse)| {
             let told = (0..K).filter(|i| known[*i] < 1.0 && known[*i] > 1e-12);
             let logs = told.map(|i| (weight * penalty[i] * inverse[i]).max(1e-300).ln());
-            0.5 * logs.sum::<f64>() + log_determinant + spread
+            0.5 * logs.sum::<f64>() + *log_determinant + spread
         });
         let (base, rest) = (
             base.collect(),
@@ -385,6 +394,7 @@ impl Model {
         let into = (whole * back).transpose();
         Some(Self {
             basis,
+            of_visits: *of_visits,
             into,
             back,
             known,
@@ -472,10 +482,10 @@ impl Grid {
 }
 
 /// Sums of products for any multiple of what is put aside.
-fn without_aside(gram: Gram, log: f64) -> (Gram, f64) {
+fn without_aside((gram, log, of_visits): (Gram, f64, bool)) -> (Gram, f64, bool) {
     let aside = gram.column(K + 1).into_owned();
     let square = aside[K + 1];
-    (gram - aside * aside.transpose() / square, log - 0.5 * square.ln())
+    (gram - aside * aside.transpose() / square, log - 0.5 * square.ln(), of_visits)
 }
 
 fn posterior(rows: Rows, phi: &[f64], rhos: &[f64]) -> Reduced {
@@ -495,10 +505,8 @@ fn posterior(rows: Rows, phi: &[f64], rhos: &[f64]) -> Reduced {
         let (filtered, visits) = filtered(basis.rows(rows), rows.visits, phi);
         let all = grams(&filtered, visits, rhos);
         let freedom = filtered.len() - usize::from(rows.aside.is_some());
-        let all = all
-            .into_iter()
-            .map(|(gram, log)| if rows.aside.is_some() { without_aside(gram, log) } else { (gram, log) });
-        models.extend(all.filter_map(|(gram, log)| Model::new((i, basis), &gram, log, freedom)));
+        let all = all.into_iter().map(|all| if rows.aside.is_some() { without_aside(all) } else { all });
+        models.extend(all.filter_map(|of| Model::new((i, basis), &of, freedom)));
     }
     let range = [(0.5 * slowest).max(fastest / 1000.0).ln(), fastest.ln()];
     let grids = (0..SHAPES).map(|shape| Grid { shape, logs: even(range[0], range[1], SPEEDS) });
@@ -617,9 +625,12 @@ fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context,
         });
         [weight, variance / weight]
     });
+    let shares: Vec<[f64; 2]> = shares.collect();
+    let of_visits = models.iter().zip(&shares).filter(|(model, _)| model.of_visits);
+    let of_visits = of_visits.map(|(_, [weight, _])| weight).sum();
     let told_at: Vec<f64> = speeds.iter().chain(rows.told_at).copied().collect();
-    let by_rows = without_law(bases, models, &shares.collect::<Vec<_>>(), context, told_at);
-    Reduced { speeds, friction, covariance, by_rows, scatter: variance.sqrt(), aside: 0.0 }
+    let by_rows = without_law(bases, models, &shares, context, told_at);
+    Reduced { speeds, friction, covariance, by_rows, scatter: variance.sqrt(), aside: 0.0, of_visits }
 }
 
 /// What the rows say without a law, by models with these weights and variances of a row: that of the basis with the largest
