@@ -412,7 +412,7 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
                 [curves]\nplanes = [{ x = \"belt_speed\", y = \"damping\" }]\n";
     scratch.file("pad.toml", text);
     let run = scratch.run("run pad.toml");
-    run.out.says(&["curves over belt_speed and damping"]);
+    run.out.says(&["next:", "slipmap plot pad.h5 --x belt_speed --y damping"]);
     let command =
         run.out.lines().find_map(|line| line.split_once("simulation: slipmap ")).map(|found| found.1);
     let command =

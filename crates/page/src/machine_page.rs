@@ -432,7 +432,7 @@ mod tests {
             );
             assert!(text.contains(&line), "{text}");
         }
-        assert!(uncertainty(&all, &[], Some(&risk)).plain().ends_with(" with a probability of 0 %."));
+        assert!(uncertainty(&all, &[], Some(&risk)).plain().ends_with(" may stick-slip with one of 0 %."));
         let one = text_of(sections(&all, &[], &[], Some(&Risk { draws: 1, ..risk })));
         assert!(text.contains(", 20000 draws\n") && one.contains(", 1 draw\n"), "{one}");
     }

@@ -104,14 +104,11 @@ pub(super) fn uncertainty(all: &Assessment, written: &Written, risk: Option<&Ris
             format!("between {low} and {high} %, as {failed} of {} draws have no answer", risk.draws + failed)
         }
     };
-    let begins = if all.is_left_open() {
-        " It may"
-    } else {
-        " That is for the nominal values. With their spreads it may"
-    };
-    let by_itself = format!(", and vibrates by itself with one of {} %", percent(risk.by_itself.value));
-    let probability =
-        rich(begins).then(" stick-slip with a probability ").then(rich(&share)).then(rich(&by_itself));
+    let begins =
+        if all.is_left_open() { " It" } else { " That is for the nominal values. With their spreads it" };
+    let by_itself =
+        format!(" vibrates by itself with a probability of {} %, and may", percent(risk.by_itself.value));
+    let probability = rich(begins).then(rich(&by_itself)).then(" stick-slip with one ").then(rich(&share));
     let rarest = risk.rare_by.iter().rev().find_map(|rare| Some((rare.probability, rare.damping.as_ref()?)));
     match rarest {
         // Without damping the probability is smaller still.
@@ -119,7 +116,7 @@ pub(super) fn uncertainty(all: &Assessment, written: &Written, risk: Option<&Ris
         Some((share, damping)) => {
             let damping = Unit::of(&all.machine, written, "damping").number(damping.value, 3);
             let share = Rich::number(100.0 * share, 2);
-            probability.then("; above ").then(damping).then(" it is below ").then(share).then(" %.")
+            probability.then("; above ").then(damping).then(" that is below ").then(share).then(" %.")
         }
         None => probability.then("."),
     }

@@ -490,14 +490,16 @@ fn risk_lines(all: &Assessment, written: &Written, risk: &Risk) -> Vec<Line> {
         value.then(interval).with_unit(unit.name)
     };
     let noun = if risk.draws == 1 { "draw" } else { "draws" };
-    let mut lines = vec![(
-        rich("probability that it may stick-slip (95 % limits)"),
-        rich(&percentage(&risk.probability)).then(rich(&format!(", {} {noun}", risk.draws))),
-    )];
-    lines.push((
-        rich("probability that it vibrates by itself: steady slip is unstable"),
-        rich(&percentage(&risk.by_itself)),
-    ));
+    let mut lines = vec![
+        (
+            rich("probability that it vibrates by itself: steady slip is unstable"),
+            rich(&percentage(&risk.by_itself)),
+        ),
+        (
+            rich("probability that it may stick-slip (95 % limits)"),
+            rich(&percentage(&risk.probability)).then(rich(&format!(", {} {noun}", risk.draws))),
+        ),
+    ];
     if risk.critical_damping_error > risk.standard_error.unwrap_or(0.0) {
         let error = unit.number(risk.critical_damping_error, 2);
         lines.push((rich("largest error met of a draw's critical damping"), error));
