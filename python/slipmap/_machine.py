@@ -402,6 +402,26 @@ class Machine:
         document, answers = self._core.page(title, _draws(draws), list(rare))
         return Page(document, json.loads(answers))
 
+    def explorer(self, *, title: str = "Machine") -> str:
+        """The explorer that begins with the machine, as an HTML document that computes in the browser and needs no other file.
+
+        Parameters
+        ----------
+        title : str
+            Of what is exported from it.
+
+        Returns
+        -------
+        str
+            What ``slipmap explore machine.toml --out pad.html`` writes.
+
+        Raises
+        ------
+        NotImplementedError
+            Where the package was built without its part for browsers.
+        """
+        return self._core.explorer(title)
+
     def replace(self, **changes: Any) -> Machine:
         """The machine with other quantities, friction or motion; an uncertain one keeps its ``sd`` around its new value."""
         values, spreads = self.quantities, dict(self._core.uncertain)

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyNotImplementedError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use slipmap::assessment::{StandardErrors, assess_fitted, with_errors};
 use slipmap::behaviour::behaviour;
@@ -14,9 +14,10 @@ use slipmap::column::critical::{NoCriticalDamping, critical_dampings};
 use slipmap::config::{conversion, load_machine, machine_of};
 use slipmap::friction::{Column, Expression, Law as Family};
 use slipmap::machine::{self as engine, Coefficients, Friction, Model, Motion, NORMAL_FORCE, RADIUS};
-use slipmap::map::Shown;
+use slipmap::map::{Grid, Shown};
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk, uncertain_critical_damping};
+use slipmap_explore::{Engine, Start, WASM, page};
 use slipmap_page::{MachinePage, Subject, to_json};
 
 use crate::columns::{columns_of, in_tasks};
@@ -318,6 +319,19 @@ impl Machine {
             Ok((html, to_json(&all, risk.as_ref()).to_string()))
         })?;
         made.map_err(PyValueError::new_err)
+    }
+
+    /// The explorer that begins with the machine: a document that computes in the browser.
+    fn explorer(&self, title: &str) -> PyResult<String> {
+        self.model()?;
+        if WASM.is_empty() {
+            let why = "this package was built without its part for browsers\n  help: `rustup target add \
+                       wasm32-unknown-unknown`, and build it by scripts/wheel";
+            return Err(PyNotImplementedError::new_err(why));
+        }
+        let grid = Grid::of_machine(&self.machine, &[]);
+        let grid = grid.map_err(|why| PyValueError::new_err(why.to_string()))?;
+        Ok(page(&Start::of(&grid, title, &self.written, &self.uncertain), Engine::Browser))
     }
 
     /// Critical damping coefficients and the estimates of their errors, as `critical_c` gives them, where the quantities

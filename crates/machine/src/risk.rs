@@ -24,13 +24,13 @@ use errors::has_standard_errors;
 pub(crate) use errors::{Moved, joint};
 pub use errors::{WithError, uncertain_critical_damping};
 use slipmap_certify::landing::amplitude_bounds;
-use slipmap_column::critical::{CriticalDamping, critical_damping, critical_dampings};
+use slipmap_column::critical::{CriticalDamping, critical_damping, critical_dampings_with};
 use slipmap_column::sticks_from;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Column, Table};
 use slipmap_numbers::random::Random;
 use slipmap_orbits::far_loops::FarLoops;
-use slipmap_orbits::flow;
+use slipmap_orbits::{Effort, flow};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -257,7 +257,7 @@ impl<'a> Draws<'a> {
     fn search(&self, draws: &[Draw], may_cross: bool) -> Vec<Option<Found>> {
         let models: Vec<Option<Model>> = draws.iter().map(|draw| draw.machine.model()).collect();
         let columns: Vec<Column> = models.iter().flatten().map(Model::column).collect();
-        let mut found = critical_dampings(&columns, TOLERANCE).into_iter().zip(&columns);
+        let mut found = critical_dampings_with(Effort::Small, &columns, TOLERANCE).into_iter().zip(&columns);
         let of = |(draw, model): (&Draw, &Option<Model>)| {
             let unit = model.as_ref()?.si.damping;
             let (found, column) = found.next()?;
@@ -314,7 +314,8 @@ fn stays_in_data(column: &Column) -> bool {
 /// c*, and that from which it sticks; -infinity where it crosses at no damping, and for the first where that is not known.
 fn sticks_between(column: &Column, critical: f64) -> [f64; 2] {
     let range = [0.0, critical];
-    let found = (critical > 0.0).then(|| sticks_from(column, range, HALVINGS, TOLERANCE).between);
+    let found =
+        (critical > 0.0).then(|| sticks_from(Effort::Small, column, range, HALVINGS, TOLERANCE).between);
     found.unwrap_or_default().map(|from| if from > 0.0 { from } else { f64::NEG_INFINITY })
 }
 
