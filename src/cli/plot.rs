@@ -55,10 +55,13 @@ pub(super) struct Arguments {
     panels: Option<At>,
     /// Also draw where the behaviour changes, by continuation: Hopf bifurcations, grazing, landings past the
     /// stick segment, crossings that never end, and folds of slip cycles. Their points go to FILE.csv: curve,
-    /// branch, both axes, and the distance from the curve in sides of the figure. Curves that the map stores
-    /// are drawn without being asked for
+    /// branch, both axes, and the distance from the curve in sides of the figure. Curves that the map stores, and those
+    /// of the regimes of a machine, are drawn without being asked for
     #[arg(long, requires = "y")]
     curves: bool,
+    /// Draw the regimes of a machine as cells, without the curves between them
+    #[arg(long, conflicts_with = "curves")]
+    no_curves: bool,
     /// Mark points of a table, such as published or measured ones: below one line of headers, which may name the axes and
     /// their units, the values across and upwards, in the units of the figure, and perhaps a word for what was observed.
     /// May be repeated. The legend has the name of the file, and the words
@@ -118,13 +121,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let axes = [arguments.x.as_str(), arguments.y.as_deref().unwrap_or_default()];
     let marks = arguments.mark.iter().map(|path| marks::read(path, &view, axes));
     let marks = marks.collect::<Result<Vec<_>, Failure>>()?.concat();
+    let finds = view.finds_curves(arguments.variable.first().map(String::as_str));
     let plot = Plot {
         x: &arguments.x,
         y: arguments.y.as_deref(),
         at: &arguments.at,
         variables: &arguments.variable,
         panels: arguments.panels.as_ref(),
-        curves: arguments.curves,
+        curves: arguments.curves || (finds && !arguments.no_curves),
         marks: &marks,
         width: arguments.width,
     };

@@ -114,12 +114,10 @@ fn given_friction(all: &Assessment, written: &Written, uncertain: &[Uncertain]) 
             let rest = number("static_friction", of.static_friction);
             let kinetic = number("kinetic_friction", of.kinetic_friction);
             let width = number("stribeck_velocity", of.stribeck_velocity);
+            let words = machine.words_of_friction().trim_start_matches("coefficient of ");
             let mut lines = vec![
                 line("friction law", Rich::foreign(law.name())),
-                line(
-                    &format!("{} at rest, kinetic", machine.words_of_friction()),
-                    rest.then(", ").then(kinetic),
-                ),
+                line(&format!("{words} at rest, kinetic"), rest.then(", ").then(kinetic)),
             ];
             if Coefficients::names(law).any(|name| name == "stribeck_velocity") {
                 lines.push(line("Stribeck velocity", width));

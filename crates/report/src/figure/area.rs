@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::bifurcations::{self, places};
-use super::slice::Slice;
+use super::slice::{Slice, drawn};
 use slipmap_column::Regime;
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
 use slipmap_figure::data::{Data, Values};
@@ -15,7 +15,7 @@ use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::PlaneCurves;
 use slipmap_numbers::text::count;
-use slipmap_page::curves::{EXACT, HALO};
+use slipmap_page::curves::{EXACT, HALO, Parts, along_curves};
 use slipmap_page::palette::{self, Kind};
 use slipmap_page::units::Label;
 
@@ -212,9 +212,17 @@ fn draw_cells(
     let [x_edges, y_edges] = area.slice.edges();
     match &area.layer {
         Layer::Codes(cells, kinds) => {
+            // The verdicts of methods change elsewhere.
+            let is_regime = kinds.iter().any(|kind| kind.name == Regime::Bistable.name());
+            let fine = if is_regime { finer(panel, area, cells) } else { None };
             let mut fill = |scene: &mut Scene, wrong: bool| {
                 for kind in kinds.iter().filter(|kind| palette::is_wrong(kind.fill) == wrong) {
-                    let areas = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] == kind.code);
+                    let areas = match &fine {
+                        Some(Parts { edges: [x, y], cells }) => {
+                            outlines(panel, x, y, |i, j| cells[i][j] == kind.code)
+                        }
+                        None => outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] == kind.code),
+                    };
                     if !areas.is_empty() {
                         scene.area(&areas, kind.fill);
                         used.push(kind.code);
@@ -255,6 +263,22 @@ fn draw_cells(
             }
         }
     }
+}
+
+/// Number of parts of the width and the height of a panel, at least, between which areas follow the curves.
+const FINE: usize = 400;
+
+/// Regimes between the nodes, by the curves at which they change; `None` where there are none.
+fn finer(panel: &Panel, area: &Area, cells: &Array2<i8>) -> Option<Parts> {
+    let curves = area.curves.as_ref().filter(|curves| !curves.curves.is_empty())?;
+    let scales = [panel.x, panel.y];
+    let axes = area.slice.axes().map(drawn);
+    let shares: [Vec<f64>; 2] =
+        std::array::from_fn(|i| axes[i].iter().map(|value| scales[i].unit(*value)).collect());
+    let codes: Vec<Vec<i8>> = cells.outer_iter().map(|column| column.to_vec()).collect();
+    let parts = [0, 1].map(|i| FINE.div_ceil(shares[i].len().saturating_sub(1).max(1)));
+    let fine = along_curves(panel, &codes, &shares, parts, &curves.curves);
+    (!fine.cells.is_empty()).then_some(fine)
 }
 
 /// Why a cell has no kick.

@@ -117,8 +117,16 @@ pub(crate) fn over_nodes(
     let (at, variables): (Vec<At>, Vec<String>) =
         (at.collect(), variable.map(str::to_owned).into_iter().collect());
     let (x, y) = (&axes[x].name, Some(axes[y].name.as_str()));
-    let wanted =
-        Plot { x, y, at: &at, variables: &variables, panels: None, curves: false, marks: &[], width };
+    let wanted = Plot {
+        x,
+        y,
+        at: &at,
+        variables: &variables,
+        panels: None,
+        curves: view.finds_curves(variable),
+        marks: &[],
+        width,
+    };
     figure(view, name, &wanted)
 }
 
