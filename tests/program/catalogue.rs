@@ -1,4 +1,4 @@
-//! `slipmap failures`, and the catalogue in `results/failures`, of which every line is run again.
+//! `slipmap failures`, and the catalogues in `results`, of which every line is run again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -16,6 +16,9 @@ fn rows(path: &Path) -> Vec<Row> {
 fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
+
+/// The stored catalogues: the paper's law, and steep friction with and without a drop.
+const STORED: [&str; 2] = ["results/failures", "results/failures-steep"];
 
 /// Runs the `slipmap probe` line of each class, those of several classes once, and checks that the failures
 /// are there.
@@ -65,7 +68,7 @@ fn has_failure(class: &Row, answer: &Value) {
 #[test]
 fn the_stored_catalogue_is_true_line_by_line() {
     let scratch = Scratch::new();
-    let classes = rows(&repository("results/failures/classes.csv"));
+    let classes = STORED.map(|folder| rows(&repository(&format!("{folder}/classes.csv")))).concat();
     reproduce(&scratch, &classes);
     // Each mechanism named in the theory (theory, "Where methods fail") makes one of these methods fail.
     let met: BTreeSet<&str> = classes.iter().map(|class| class["mechanism"].as_str()).collect();
@@ -78,8 +81,12 @@ fn the_stored_catalogue_is_true_line_by_line() {
 
 #[test]
 fn the_stored_tables_fit_together() {
+    STORED.into_iter().for_each(tables_fit_together);
+}
+
+fn tables_fit_together(folder: &str) {
     let [methods, classes] =
-        ["methods", "classes"].map(|name| rows(&repository(&format!("results/failures/{name}.csv"))));
+        ["methods", "classes"].map(|name| rows(&repository(&format!("{folder}/{name}.csv"))));
     let names: Vec<&str> = methods.iter().map(|row| row["method"].as_str()).collect();
     // The catalogue's configuration leaves out the proved verdicts; the direct engine is its judge.
     let listed =
@@ -101,7 +108,7 @@ fn the_stored_tables_fit_together() {
             assert_eq!((&method["wrong_presence"][..], &method["wrong_absence"][..]), ("0", "0"));
         }
     }
-    let text = std::fs::read_to_string(repository("results/failures/failures.md")).unwrap();
+    let text = std::fs::read_to_string(repository(&format!("{folder}/failures.md"))).unwrap();
     for class in &classes {
         assert!(text.contains(&class["probe"]), "{}", class["probe"]);
     }

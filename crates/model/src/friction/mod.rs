@@ -31,7 +31,7 @@ pub use domain::PointError;
 pub use exponential::{Exponential, ExponentialFall};
 pub use expression::ExpressionCurve;
 pub use expression::{Expression, ExpressionError, Op};
-pub use family::Slope;
+pub use family::{Series, Slope, TERMS};
 pub use function::{Function, FunctionError};
 pub use lorentzian::Lorentzian;
 pub use slipmap_numbers::Range;
@@ -484,6 +484,20 @@ impl Form {
     /// The closed form of a built-in law; `None` for other laws.
     fn closed(&self) -> Option<&dyn ClosedForm> {
         built_in!(self, law => Some(law); { _ => None })
+    }
+
+    /// See [`Curve::cost`].
+    fn cost(&self) -> u64 {
+        match self {
+            Form::Expression(law) | Form::Leading(law) => law.cost(),
+            form => form.closed().map_or(2, ClosedForm::cost),
+        }
+    }
+
+    /// Work of compiling one piece, in evaluations of the Stribeck law: values at its points, their series and bounds, also of
+    /// the pieces that were halved.
+    fn work_of_piece(&self) -> u64 {
+        24 * self.cost()
     }
 
     /// Proved bounds of the weakening rate of a built-in law; `None` for other laws.
