@@ -192,8 +192,8 @@ pub mod map {
         Account, Audit, Axis, AxisRole, Chances, ComputeError, Contradiction, Contradictions, Control,
         Description, Disagreement, Each, FailedCell, Field, Grid, GridError, MethodAccount, MethodCells,
         Paths, Plan, PlanBuilder, PlanError, Plane, PlaneCurve, PlaneCurves, PlanePoint, Probabilities,
-        Proofs, Quantity, Queue, Runs, Shard, Shown, Sink, Stages, Summary, Tile, TileData, Unknown,
-        compute_tiles, decide, run, unravel,
+        Quantity, Queue, Runs, Shard, Shown, Sink, Stages, Summary, Tile, TileData, Unknown, compute_tiles,
+        decide, run, unravel,
     };
 }
 
@@ -219,7 +219,8 @@ pub mod machine {
 
     pub use slipmap_machine::{
         AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, Dimension, FREQUENCY, Friction, Given,
-        INERTIA, MASS, Machine, Model, Motion, NORMAL_FORCE, PRESSURE, RADIUS, Units, requirement, unit,
+        INERTIA, MASS, Machine, Model, Motion, NORMAL_FORCE, Normal, PRESSURE, RADIUS, Units, requirement,
+        unit,
     };
 }
 

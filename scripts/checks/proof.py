@@ -1,15 +1,16 @@
 """Proves the claims of certificates again, in ball arithmetic (Arb, by python-flint).
 
     pip install python-flint
-    python scripts/checks/proof.py point.json ...
+    python scripts/checks/proof.py proof.json ...
 
-It shares no code and no number with slipmap: it reads a certificate of `probe --proof`, builds the law from its definition,
-and proves what the certificate states, or names the claim that it cannot prove. Statement and lemma: crates/certify/src/curve/mod.rs,
-docs/proofs.md. Exit status 0 where every claim of every file is proved.
+It shares no code and no number with slipmap: it reads a certificate of a point, or of a box of parameters, builds the law from its
+definition, and proves what the certificate states, or names the claim that it cannot prove. Statement and lemma:
+crates/certify/src/curve/mod.rs, docs/proofs.md. Exit status 0 where every claim of every file is proved.
 
 Notation: u slip speed, V belt speed, v = V - u, C = epsilon c, phi friction in slip over friction at rest, j its drop as slip begins.
 Orbits below the belt line: v' = y, y' = -v - (phi'(u) + C) y. A curve (u(s), y(s)) is crossed outwards where
-S = u_s (V - u + C y) + y (phi o u)_s - y_s y is positive: no derivative of the law is needed.
+S = u_s (V - u + C y) + y (phi o u)_s - y_s y is positive: no derivative of the law is needed. Over a box of parameters z_i runs from
+-1 to 1 along each axis on which it is wide, and S(z) is enclosed by S(0), its slopes at 0 and its second derivatives over the box.
 """
 
 import ast
@@ -18,30 +19,32 @@ import math
 import re
 import sys
 
+from fractions import Fraction
+
 from flint import arb, arb_series, ctx
 
 ctx.prec = 128
 # Order of the Taylor form of a cell; halvings and cells of a piece; largest numbers of curves, pieces and control points.
 ORDER, HALVINGS, CELLS = 11, 50, 2000
-CURVES, PIECES, POINTS = 3, 1000, 32
+CURVES, PIECES, POINTS, CUTS = 3, 1000, 32, 40
 
-FORMAT = "slipmap proof of a point 2"
+FORMAT = "slipmap proof 3"
 STATEMENT = (
-    "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|), friction up to 1 at rest, and the friction law phi of "
-    "the given name, definition and parameters in slip, plus a constant on each of its pieces that makes it continuous and "
-    "phi(0+) = 1 - j, j the drop of the law as slip begins, the orbit that leaves the exit point (1 - epsilon c V, V) with "
-    "x2' = -j comes back to the belt line (or runs away) for c < critical_c[0] and does not for c > critical_c[1]; null claims "
-    "nothing on its side. Verdict present: a stick-slip limit cycle exists at the given c. Absent: none exists. Undecided: "
-    "nothing is claimed of that. Each of the curves consists of Bezier polynomials with control points (V - x2, x2'), run "
-    "clockwise, which orbits at epsilon c = viscous cross one way: outwards if it returns, inwards if it is absent or lands. A "
-    "curve that returns proves that the orbit comes back or runs away at epsilon c <= viscous; one that is absent, that it does "
-    "not come back at epsilon c >= viscous; one that lands, that it is bounded, and sticks if it comes back, at epsilon c >= "
-    "viscous."
+    "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|), friction up to 1 at rest, and the "
+    "friction law phi of the given name and definition in slip, plus a constant on each of its pieces that makes it "
+    "continuous and phi(0+) = 1 - j, j the drop of the law as slip begins: of the points of each part, its domain, "
+    "the ranges of the axes, times its range of c, a stick-slip limit cycle exists in a share of at least `present`, "
+    "and none in a share of at least `absent`. A range of one value counts as a whole. A proof cuts its domain at a "
+    "place of an axis, into a part below and one above, or consists of curves. Damping c and control points (V - x2, "
+    "x2') of a curve are those given plus z[i] times those along axis i of the axes on which its domain is wide, "
+    "where z[i] runs from -1 to 1; control points then times V over that in the middle. Each curve consists of "
+    "Bezier polynomials, run clockwise, which orbits at its damping cross one way: outwards if it returns, inwards "
+    "if it is absent or lands. A curve that returns proves that the orbit from the exit point (1 - epsilon c V, V) "
+    "with x2' = -j comes back to the belt line (or runs away) at its damping and below; one that is absent, that it "
+    "does not come back at its damping and above; one that lands, that it is bounded, and sticks if it comes back, "
+    "at its damping and above."
 )
-KEYS = {
-    "format", "statement", "written_by", "law", "law_definition", "parameters", "epsilon", "V", "c", "critical_c", "verdict",
-    "curves",
-}  # fmt: skip
+KEYS = {"format", "statement", "written_by", "law", "law_definition", "axes", "parts"}
 
 # phi of the laws that a name defines (docs/configuration.md), with their parameters.
 BUILT_IN = {
@@ -75,8 +78,86 @@ def number(x):
 # --- formulas ---------------------------------------------------------------------------------------------------------------
 
 
+class Direction:
+    """The first Taylor coefficients of a series along a direction of parameters."""
+
+    def __init__(self, *terms):
+        self.terms = terms
+        self.prec = terms[0].prec
+
+    def __getitem__(self, k):
+        return self.terms[0][k]
+
+    def lifted(self, other):
+        return other.terms if isinstance(other, Direction) else (other, 0, 0)
+
+    def of(self, f, slope, bend):
+        """f of it, by the chain rule; `bend` is half the second derivative."""
+        _, b, c = self.terms
+        return Direction(f, slope * b, slope * c + bend * b * b)
+
+    def __add__(self, other):
+        return Direction(*(a + b for a, b in zip(self.terms, self.lifted(other))))
+
+    def __mul__(self, other):
+        (a, b, c), (d, e, f) = self.terms, self.lifted(other)
+        return Direction(a * d, a * e + b * d, a * f + b * e + c * d)
+
+    def __neg__(self):
+        return Direction(*(-a for a in self.terms))
+
+    def __sub__(self, other):
+        return self + -other
+
+    def __rsub__(self, other):
+        return -self + other
+
+    def inverse(self):
+        inverse = 1 / self.terms[0]
+        return self.of(inverse, -inverse * inverse, inverse * inverse * inverse)
+
+    def __truediv__(self, other):
+        return self * (other.inverse() if isinstance(other, Direction) else 1 / other)
+
+    def __rtruediv__(self, other):
+        return self.inverse() * other
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def exp(self):
+        value = self.terms[0].exp()
+        return self.of(value, value, value / 2)
+
+    def log(self):
+        inverse = 1 / self.terms[0]
+        return self.of(self.terms[0].log(), inverse, -inverse * inverse / 2)
+
+    def sqrt(self):
+        root = self.terms[0].sqrt()
+        return self.of(root, 1 / (2 * root), -1 / (8 * root * root * root))
+
+    def sin(self):
+        sin, cos = self.terms[0].sin(), self.terms[0].cos()
+        return self.of(sin, cos, -sin / 2)
+
+    def cos(self):
+        sin, cos = self.terms[0].sin(), self.terms[0].cos()
+        return self.of(cos, -sin, -cos / 2)
+
+    def atan(self):
+        x = self.terms[0]
+        slope = 1 / (1 + x * x)
+        return self.of(x.atan(), slope, -x * slope * slope)
+
+    def derivative(self):
+        return Direction(*(a.derivative() for a in self.terms))
+
+
 def constant(series, value):
-    return arb_series([value], series.prec)
+    """A number as a series like another one; a pair is a number and its slope along the direction."""
+    value, slope = value if isinstance(value, tuple) else (value, 0)
+    series_of = lambda x: arb_series([x], series.prec)
+    return Direction(series_of(value), series_of(slope), series_of(0)) if isinstance(series, Direction) else series_of(value)
 
 
 def power(base, exponent):
@@ -90,6 +171,8 @@ def power(base, exponent):
     first = base[0]
     if first > 0:
         return (base.log() * exponent).exp()
+    if isinstance(base, Direction):
+        raise Unknown
     # Next to rest, where slip speeds are at least 0: the value and the slope, which are finite; nothing is said of more.
     need(exponent >= 1, "a power of the slip speed falls at once as slip begins")
     top = first.upper()
@@ -109,6 +192,15 @@ def with_sign(x):
     raise Unknown
 
 
+def tanh(x):
+    value = lambda x: 1 - 2 / ((2 * x).exp() + 1)
+    if not isinstance(x, Direction):
+        return value(x)
+    t = value(x.terms[0])
+    slope = 1 - t * t
+    return x.of(t, slope, -t * slope)
+
+
 def hyperbolic(x, sign):
     return (x.exp() + (-x).exp() * sign) / 2
 
@@ -116,7 +208,7 @@ def hyperbolic(x, sign):
 FUNCTIONS = {
     "exp": lambda x: x.exp(), "ln": lambda x: x.log(), "log": lambda x: x.log(), "sqrt": lambda x: x.sqrt(),
     "sin": lambda x: x.sin(), "cos": lambda x: x.cos(), "tan": lambda x: x.sin() / x.cos(), "atan": lambda x: x.atan(),
-    "sinh": lambda x: hyperbolic(x, -1), "cosh": lambda x: hyperbolic(x, 1), "tanh": lambda x: 1 - 2 / ((2 * x).exp() + 1),
+    "sinh": lambda x: hyperbolic(x, -1), "cosh": lambda x: hyperbolic(x, 1), "tanh": tanh,
     "asinh": lambda x: (x + (x * x + 1).sqrt()).log(), "log10": lambda x: x.log() / arb(10).log(), "abs": with_sign,
 }  # fmt: skip
 OPERATORS = {
@@ -178,31 +270,57 @@ class Formula:
             if isinstance(node.left, ast.Name) and node.left.id == "e":
                 return go(node.right).exp()
             base, exponent = go(node.left), go(node.right)
-            is_constant = all(exponent[k] == 0 for k in range(1, u.prec))
+            of = exponent.terms if isinstance(exponent, Direction) else (exponent, arb_series([0], 1), arb_series([0], 1))
+            is_constant = all(of[0][k] == 0 for k in range(1, u.prec)) and of[1][0] == 0 and of[2][0] == 0
             return power(base, exponent[0]) if is_constant else (base.log() * exponent).exp()
         need(type(node.op) in OPERATORS, "no formula")
         return OPERATORS[type(node.op)](go(node.left), go(node.right))
 
 
+def constant_zero(like):
+    """The slip speed 0, along a direction if parameters are."""
+    zero = arb_series([0], 1)
+    return Direction(zero, zero, zero) if isinstance(like, tuple) else zero
+
+
 # --- laws -------------------------------------------------------------------------------------------------------------------
+
+
+def parameters_of(name, definition):
+    """The names of a law's parameters."""
+    definition = definition.removeprefix("small eps\n")
+    has_drop = definition.startswith("drop\n") or definition == "drop"
+    definition = definition[5:] if has_drop else definition
+    if name == "expression":
+        names = Formula(definition.partition("\n")[2]).names
+    elif name == "table":
+        names = []
+    else:
+        need((name, definition) in BUILT_IN, f"no law {name}")
+        names = BUILT_IN[name, definition][1].split()
+    return names + ["drop"] * has_drop
 
 
 class Law:
     """phi on pieces [from, to] of slip speeds, each a function of a series; the drop j."""
 
-    def __init__(self, certificate):
-        name, definition = certificate["law"], certificate["law_definition"]
+    def __init__(self, name, definition, epsilon, values, middle=None):
+        """Values are numbers, or pairs of a number and its slope along a direction of parameters; `middle` is the law in the
+        middle of a box."""
+        self.middle = middle
         need(isinstance(name, str) and isinstance(definition, str), "no law")
-        values = [number(x) for x in certificate["parameters"]]
+        values, self.zero = list(values), constant_zero(epsilon)
         definition = definition.removeprefix("small eps\n")
-        self.drop = arb(0)
+        added = arb(0)
         if definition.startswith("drop\n") or definition == "drop":
             need(values, "no drop")
-            definition, self.drop = definition[5:], values.pop()
-        env = {"eps": number(certificate["epsilon"]), "pi": number(math.pi), "e": number(math.e)}
+            definition, added = definition[5:], values.pop()
+        # Along a direction the drop has a slope.
+        self.drop = constant(self.zero, added)
+        env = {"eps": epsilon, "pi": number(math.pi), "e": number(math.e)}
         env["epsilon"] = env["eps"]
         if name == "table":
-            need(not values, "a table has no parameters")
+            need(not values and not isinstance(epsilon, tuple), "a table has no parameters, and no boxes")
             self.table(definition)
         elif name == "expression":
             head, _, text = definition.partition("\n")
@@ -211,7 +329,7 @@ class Law:
             need((name, definition) in BUILT_IN, f"no law {name}")
             text, names = BUILT_IN[name, definition]
             self.formula(Formula(text, names.split()), values, env, "1", name == "coulomb")
-        need(self.drop >= 0 and self.drop < 1, "the drop is not in [0, 1)")
+        need(self.middle or (self.drop[0] >= 0 and self.drop[0] < 1), "the drop is not in [0, 1)")
 
     def formula(self, formula, values, env, level, may_drop):
         need(len(values) == len(formula.names), "numbers of parameters")
@@ -226,14 +344,15 @@ class Law:
             above = [i in order[:k] for i in range(len(order))]
             phi = lambda u, above=above: formula.at(formula.tree, u, env, above) / level
             self.pieces.append((lo, hi, phi))
-        self.rest(self.pieces[0][2](arb_series([0], 1))[0], may_drop)
+        self.rest(self.pieces[0][2](self.zero), may_drop)
 
     def rest(self, begins, may_drop):
         """The drop, from friction as slip begins."""
-        if may_drop and not abs(begins - 1) < 1e-9:
-            self.drop += 1 - begins
-        else:
-            need(abs(begins - 1) < 1e-9, "friction in slip does not begin at the friction at rest")
+        self.drops = self.middle.drops if self.middle else may_drop and not abs(begins[0] - 1) < 1e-9
+        if self.drops:
+            self.drop = self.drop + (1 - begins)
+        elif not self.middle:
+            need(abs(begins[0] - 1) < 1e-9, "friction in slip does not begin at the friction at rest")
 
     def table(self, definition):
         """Cubics with the slopes of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984)."""
@@ -267,7 +386,7 @@ class Law:
             c3 = (slopes[i] + slopes[i + 1] - 2 * secant[i]) / (step * step)
             cubic = lambda x, i=i, c2=c2, c3=c3: phi[i] + (x - u[i]) * (slopes[i] + (x - u[i]) * (c2 + (x - u[i]) * c3))
             self.pieces.append((u[i], u[i + 1], cubic))
-        self.rest(phi[0], origin.startswith("above: "))
+        self.rest(constant(self.zero, phi[0]), origin.startswith("above: "))
 
 
 # --- curves -----------------------------------------------------------------------------------------------------------------
@@ -287,44 +406,127 @@ def polynomial(c, x):
     return result
 
 
+WHOLE, FROM_ZERO = arb(0, 1), arb(0.5, 0.5)
+
+
+def spread(middle, along):
+    """All values of what is linear along the axes."""
+    return sum((WHOLE * a for a in along), middle)
+
+
+class Place:
+    """The law where parameters are: in the middle of a box, or all over it, with slopes along some of its axes."""
+
+    def __init__(self, box, is_all=False, along=()):
+        self.is_all, self.along, self.belt_speed, self.is_point = is_all, along, box.value(-1), not box.wide
+        values = [self.linear(box.value(i), box.slopes(i)) for i in range(len(box.domain))]
+        epsilon, *parameters, speed = values
+        self.law = Law(box.name, box.definition, epsilon, parameters, box.middle and box.middle.law)
+        # V in units of that in the middle.
+        is_one = box.domain[-1][0] == box.domain[-1][1]
+        self.unit = self.linear(arb(1), []) if is_one else tuple(x / box.value(-1) for x in speed)
+        self.epsilon = epsilon
+
+    def linear(self, middle, along):
+        """A number that is linear along the axes."""
+        if self.is_point:
+            return middle
+        value = spread(middle, along) if self.is_all else middle
+        return value, sum((along[i] for i in self.along if along), arb(0))
+
+
+class Box:
+    """Ranges of epsilon, the law's parameters and V."""
+
+    def __init__(self, name, definition, domain):
+        self.name, self.definition, self.domain = name, definition, domain
+        self.wide = [i for i, (lo, hi) in enumerate(domain) if lo < hi]
+        axes = range(len(self.wide))
+        self.middle = None
+        self.middle = Place(self)
+        self.thin = [Place(self, False, (i,)) for i in axes]
+        self.all = [Place(self, True, (i,)) for i in axes]
+        self.pairs = [(i, j, Place(self, True, (i, j))) for i in axes for j in range(i)]
+        need(bool(self.middle.law.drop[0] >= 0), "the drop is not one")
+
+    def value(self, axis):
+        lo, hi = self.domain[axis]
+        return (number(lo) + number(hi)) / 2
+
+    def slopes(self, axis):
+        lo, hi = self.domain[axis]
+        half = (number(hi) - number(lo)) / 2
+        return [half if i == axis % len(self.domain) else arb(0) for i in self.wide]
+
+
 class Piece:
-    def __init__(self, points, law, belt_speed, viscous, sign):
-        self.law, self.belt_speed, self.viscous, self.sign = law, belt_speed, viscous, sign
-        self.cells = 0
-        speeds = sorted(points[0], key=float)
-        self.least, self.most = speeds[0], speeds[-1]
-        self.u, self.y = map(coefficients, points)
+    """A piece of a curve over a box: coefficients of u and y in the middle, and along the axes."""
 
-    def crossing(self, phi, at, order):
-        """Taylor series at `at` of S times its sign."""
+    def __init__(self, box, points, along, c, sign):
+        self.box, self.c, self.sign, self.cells = box, c, sign, 0
+        self.u, self.y = ([coefficients(one)] + [coefficients(a) for a in more] for one, more in zip(points, zip(*along) if along else ([], [])))
+        speeds = sorted((spread(u, [a[0][k] for a in along]) for k, u in enumerate(points[0])), key=lambda x: float(x.mid()))
+        self.least, self.most = min(speeds, key=lambda x: float(x.lower())).lower(), max(speeds, key=lambda x: float(x.upper())).upper()
+
+    def series(self, at, order, coordinate, place):
         x = arb_series([at, 1], order + 2)
-        u, y = polynomial(self.u, x), polynomial(self.y, x)
-        if u[0].lower() < self.least or u[0].upper() > self.most:
-            terms = [u[k] for k in range(order + 2)]
-            terms[0] = terms[0].intersection(self.least.union(self.most))
-            u = arb_series(terms, order + 2)
-        s = u.derivative() * (self.belt_speed - u + self.viscous * y) + y * phi(u).derivative() - y.derivative() * y
-        return s * self.sign
+        middle, *along = coordinate
+        if place.is_point:
+            return polynomial(middle, x)
+        pairs = [place.linear(m, [a[k] for a in along]) for k, m in enumerate(middle)]
+        values, slopes = (polynomial([pair[i] for pair in pairs], x) for i in (0, 1))
+        return Direction(values, slopes, arb_series([0], order + 2))
 
-    def lowest(self, phi, lo, hi):
-        """S times its sign over a cell: the Taylor form, or plain balls where the law has few derivatives."""
-        m, r = (lo + hi) / 2, (hi - lo) / 2
-        whole = arb(m, r)
-        try:
-            plain = self.crossing(phi, whole, 0)[0]
-            if plain > 0:
-                return True
-            value = self.crossing(phi, whole, ORDER)[ORDER]
-            middle = self.crossing(phi, arb(m), ORDER)
-        except (Unknown, ValueError, ZeroDivisionError):
-            return False
+    def about(self, m):
+        """The coefficients of u and y about a place: those over a box are narrow there only."""
+        shifted = lambda c: (lambda p: [p[k] for k in range(len(c))])(polynomial(c, arb_series([m, 1], len(c))))
+        return [[shifted(c) for c in coordinate] for coordinate in (self.u, self.y)]
+
+    def crossing(self, place, phi, about, at, order):
+        """Taylor series of S times its sign at `at` from the place about which the coefficients are."""
+        u, y = (self.series(at, order, coordinate, place) for coordinate in about)
+        if u[0].lower() < self.least or u[0].upper() > self.most:
+            values = u.terms[0] if isinstance(u, Direction) else u
+            terms = [values[k] for k in range(order + 2)]
+            terms[0] = terms[0].intersection(self.least.union(self.most))
+            values = arb_series(terms, order + 2)
+            u = Direction(values, *u.terms[1:]) if isinstance(u, Direction) else values
+        viscous = constant(u, place.epsilon) * constant(u, place.linear(*self.c))
+        belt_speed, unit = place.belt_speed, constant(u, place.unit)
+        fall = phi(u).derivative() if place.is_point else phi(unit * u).derivative() / unit
+        return (u.derivative() * (belt_speed - u + viscous * y) + y * fall - y.derivative() * y) * self.sign
+
+    def taylor(self, place, number, about, r, term):
+        """The Taylor form over a cell of a term along a direction."""
+        phi = place.law.pieces[number][2]
+        of = lambda s: s.terms[term] if isinstance(s, Direction) else s
+        middle, whole = (of(self.crossing(place, phi, about, at, ORDER)) for at in (arb(0), arb(0, r)))
+        value = whole[ORDER]
         for k in reversed(range(ORDER)):
             value = middle[k] + arb(0, r) * value
+        return value
+
+    def is_positive(self, number, lo, hi):
+        """S times its sign over a cell and the box: plain balls where the law has few derivatives, or the Taylor form."""
+        box, r, about = self.box, (hi - lo) / 2, self.about((lo + hi) / 2)
+        try:
+            everywhere = box.all[0] if box.wide else box.middle
+            if self.crossing(everywhere, everywhere.law.pieces[number][2], about, arb(0, r), 0)[0] > 0:
+                return True
+            value = self.taylor(box.middle, number, about, r, 0)
+            squares = [self.taylor(place, number, about, r, 2) for place in box.all]
+            for place, square in zip(box.thin, squares):
+                value += WHOLE * self.taylor(place, number, about, r, 1) + FROM_ZERO * square
+            for i, j, place in box.pairs:
+                value += WHOLE * (self.taylor(place, number, about, r, 2) - squares[i] - squares[j])
+        except (Unknown, ValueError, ZeroDivisionError):
+            return False
         return bool(value > 0)
 
-    def is_wrong(self, phi, at):
+    def is_wrong(self, number, at):
+        middle = self.box.middle
         try:
-            return bool(self.crossing(phi, arb(at), 0)[0] <= 0)
+            return bool(self.crossing(middle, middle.law.pieces[number][2], self.about(at), arb(0), 0)[0] <= 0)
         except (Unknown, ValueError, ZeroDivisionError):
             return False
 
@@ -333,13 +535,16 @@ class Piece:
         self.cells += 1
         if self.cells > CELLS:
             return False
-        x = arb_series([arb((lo + hi) / 2, (hi - lo) / 2)], 1)
-        u = polynomial(self.u, x)[0].intersection(self.least.union(self.most))
+        x = arb_series([arb(0, (hi - lo) / 2)], 1)
+        middle, *along = (polynomial(c, x)[0] for c in self.about((lo + hi) / 2)[0])
+        u = spread(middle, along).intersection(self.least.union(self.most))
+        laws = self.box.middle.law.pieces
         # A piece of the law that the curve touches only, from one side, does not count; ends are compared exactly.
         is_level = self.least == self.most
-        passed = [(a, b, phi) for a, b, phi in self.law.pieces if is_level or (a < self.most and b > self.least)]
-        met = [phi for a, b, phi in passed if not a > u.upper() and not b < u.lower()]
-        if met and all(self.lowest(phi, lo, hi) for phi in met):
+        passed = [i for i, (a, b, _) in enumerate(laws) if is_level or (a < self.most and b > self.least)]
+        # Over a box corners of the law move, and all pieces count.
+        met = passed if self.box.wide else [i for i in passed if not laws[i][0] > u.upper() and not laws[i][1] < u.lower()]
+        if met and all(self.is_positive(i, lo, hi) for i in met):
             return True
         middle = (lo + hi) / 2
         if halvings == 0 or not met or (len(met) == 1 and self.is_wrong(met[0], middle)):
@@ -347,88 +552,159 @@ class Piece:
         return self.is_crossed(lo, middle, halvings - 1) and self.is_crossed(middle, hi, halvings - 1)
 
 
-def place(u, y, belt_speed):
+def place(u, y, rises, belt_speed):
     """Left of the equilibrium, below it with u rising, or above it; None proves nothing."""
     if all(x > belt_speed for x in u):
         return "left"
     for name, sign in (("below", -1), ("above", 1)):
         z = [sign * x for x in y]
-        is_there = all(x > 0 for x in z[1:-1]) and min(z[0], z[-1]) >= 0 and max(z[0], z[-1]) > 0
-        if is_there and (name == "above" or all(a < b for a, b in zip(u, u[1:]))):
+        ends = [z[0], z[-1]]
+        is_there = all(x > 0 for x in z[1:-1]) and all(x >= 0 for x in ends) and any(x > 0 for x in ends)
+        if is_there and (name == "above" or rises):
             return name
     return None
 
 
-def prove_curve(curve, law, belt_speed):
-    """Proves a curve; returns its kind and damping."""
-    need(isinstance(curve, dict) and set(curve) == {"kind", "viscous", "pieces"}, "no curve")
-    kind, viscous, V = curve["kind"], number(curve["viscous"]), number(belt_speed)
-    need(kind in ("returns", "absent", "lands"), f"no kind {kind!r}")
-    need(isinstance(curve["pieces"], list) and 0 < len(curve["pieces"]) <= PIECES, "no pieces")
-    known, pieces, places = law.pieces[-1][1], [], []
-    for i, points in enumerate(curve["pieces"], 1):
+def read_pieces(pieces, like=None):
+    """Control points as columns of numbers; of slopes as many as of the curve."""
+    need(isinstance(pieces, list) and 0 < len(pieces) <= PIECES and len(pieces) == len(like or pieces), "no pieces")
+    columns = []
+    for i, points in enumerate(pieces, 1):
         need(isinstance(points, list) and 2 <= len(points) <= POINTS, f"piece {i} is no polynomial")
         need(all(isinstance(point, list) and len(point) == 2 for point in points), f"piece {i} is no polynomial")
-        u, y = ([number(x) for x in column] for column in zip(*points))
-        need(all(x >= 0 and x <= known for x in u), f"piece {i} leaves the law")
-        if pieces:
-            need((u[0], y[0]) == (pieces[-1][0][-1], pieces[-1][1][-1]), f"piece {i} does not begin where the last one ends")
-            need(y[0] != 0 or u[0] > V, f"piece {i} begins at y = 0 right of the equilibrium")
-        places.append(place(u, y, V))
-        need(places[-1], f"piece {i} does not lead once around the equilibrium")
-        pieces.append((u, y))
+        need(not like or len(points) == len(like[i - 1][0]), f"piece {i} is no polynomial")
+        columns.append(tuple([number(x) for x in column] for column in zip(*points)))
+        if i > 1:
+            before = columns[-2]
+            is_joined = all(columns[-1][k][0] == before[k][-1] for k in (0, 1))
+            need(is_joined, f"piece {i} does not begin where the last one ends")
+    return columns
+
+
+def prove_curve(curve, box):
+    """Proves a curve over a box; returns its kind and damping, with its slopes."""
+    need(isinstance(curve, dict) and set(curve) | {"along"} == {"kind", "c", "pieces", "along"}, "no curve")
+    kind, along, V = curve["kind"], curve.get("along", []), box.value(-1)
+    need(kind in ("returns", "absent", "lands"), f"no kind {kind!r}")
+    need(isinstance(along, list) and len(along) == len(box.wide), "no slopes along the axes")
+    need(all(isinstance(one, dict) and set(one) == {"c", "pieces"} for one in along), "no slopes along the axes")
+    c = number(curve["c"]), [number(one["c"]) for one in along]
+    pieces = read_pieces(curve["pieces"])
+    slopes = [read_pieces(one["pieces"], pieces) for one in along]
+    known, places, hulls = box.middle.law.pieces[-1][1], [], []
+    for i, points in enumerate(pieces):
+        more = [one[i] for one in slopes]
+        u, y = ([spread(x, [a[k][at] for a in more]) for at, x in enumerate(points[k])] for k in (0, 1))
+        rise = lambda column, at: column[at + 1] - column[at]
+        rises = all(spread(rise(points[0], at), [rise(a[0], at) for a in more]) > 0 for at in range(len(u) - 1))
+        need(all(x >= 0 and x <= known for x in u), f"piece {i + 1} leaves the law")
+        need(i == 0 or y[0] > 0 or y[0] < 0 or u[0] > V, f"piece {i + 1} begins at y = 0 right of the equilibrium")
+        places.append(place(u, y, rises, V))
+        need(places[-1], f"piece {i + 1} does not lead once around the equilibrium")
+        hulls.append((u, y))
     need(places[0] == "below" and places[-1] == "above", "it does not lead from below to above")
-    u0, y0, u1, y1 = pieces[0][0][0], pieces[0][1][0], pieces[-1][0][-1], pieces[-1][1][-1]
+    # How far the start is below the exit point, and how far the end is below the end of the stick segment.
+    drops = [where.law.drop / constant(where.law.zero, where.unit) for where in box.all]
+    over = spread(-pieces[0][1][0] - box.middle.law.drop[0], [-s[0][1][0] - d.terms[1][0] for s, d in zip(slopes, drops)])
+    room = spread(2 - box.middle.law.drop[0], [d.terms[1][0] for d in drops])
+    u0, y0, u1, y1 = hulls[0][0][0], hulls[0][1][0], hulls[-1][0][-1], hulls[-1][1][-1]
     need(u0 == 0 and y0 <= 0, "it does not begin at the belt line")
     if kind == "returns":
-        need(-y0 <= law.drop and u1 == 0 and y1 > 0, "its ends prove no return")
+        need(over <= 0 and u1 == 0 and y1 > 0, "its ends prove no return")
     else:
-        need(y0 < 0 and -y0 >= law.drop, "it begins inside the exit point")
+        need(y0 < 0 and over >= 0, "it begins inside the exit point")
         if kind == "absent":
             need(u1 > 0 and u1 < V and y1 == 0, "its ends prove no absence")
         else:
-            need(u1 == 0 and y1 > 0 and y1 < 2 - law.drop, "its ends prove no landing")
+            need(u1 == 0 and y1 > 0 and y1 < room, "its ends prove no landing")
     sign = 1 if kind == "returns" else -1
-    for i, points in enumerate(pieces, 1):
-        need(Piece(points, law, V, viscous, sign).is_crossed(), f"orbits are not proved to cross piece {i} one way")
-    return kind, viscous
+    for i, points in enumerate(pieces):
+        one = Piece(box, points, [s[i] for s in slopes], c, sign)
+        need(one.is_crossed(), f"orbits are not proved to cross piece {i + 1} one way")
+    return kind, Fraction(curve["c"]), sum(abs(Fraction(one["c"])) for one in along)
 
 
 # --- certificates -----------------------------------------------------------------------------------------------------------
 
 
+def shares(proved, lo, hi):
+    """The shares of a box in which the cycle exists, and does not, by curves at dampings c + sum of z_i slopes."""
+    cut = lambda x: min(max(x, Fraction(0)), Fraction(1))
+    at = lambda kind: [(c, spread) for which, c, spread in proved if which == kind]
+    lands = min((c + spread for c, spread in at("lands")), default=None)
+    from_ = None if lands is None else max(lands, lo)
+    present = absent = Fraction(0)
+    for c, spread in at("returns") if from_ is not None else []:
+        if lo == hi:
+            present = max(present, Fraction(from_ <= lo <= c - spread))
+        else:
+            # The mean of the smaller of a linear function and hi is at least its mean less what it exceeds hi by at most.
+            top = max(c - max(c + spread - hi, 0), min(c - spread, hi))
+            present = max(present, cut((top - from_) / (hi - lo)))
+    for c, spread in at("absent"):
+        if lo == hi:
+            absent = max(absent, Fraction(c + spread <= lo))
+        else:
+            bottom = min(c + max(lo - c + spread, 0), max(c + spread, lo))
+            absent = max(absent, cut((hi - bottom) / (hi - lo)))
+    return present, absent
+
+
+def prove_node(node, domain, axes, law, damping, cuts=CUTS):
+    """Proves a cut or curves; returns the shares of the domain."""
+    need(isinstance(node, dict) and set(node) <= {"cut", "curves"} and len(node) <= 1, "no proof of a box")
+    if "cut" in node:
+        cut = node["cut"]
+        need(isinstance(cut, dict) and set(cut) == {"axis", "at", "below", "above"} and cuts > 0, "no cut")
+        need(cut["axis"] in axes, "a cut along no axis")
+        axis, at = axes.index(cut["axis"]), cut["at"]
+        lo, hi = domain[axis]
+        need(bool(number(lo) < number(at)) and bool(number(at) < number(hi)), "a cut outside of its box")
+        found, width = [Fraction(0)] * 2, Fraction(hi) - Fraction(lo)
+        for part, ends in (("below", [lo, at]), ("above", [at, hi])):
+            half = [ends if i == axis else range_ for i, range_ in enumerate(domain)]
+            share = (Fraction(ends[1]) - Fraction(ends[0])) / width
+            one = prove_node(cut[part], half, axes, law, damping, cuts - 1)
+            found = [sum_ + share * x for sum_, x in zip(found, one)]
+        return found
+    curves = node.get("curves", [])
+    need(isinstance(curves, list) and len(curves) <= CURVES, "sizes")
+    if not curves:
+        return Fraction(0), Fraction(0)
+    box, proved = Box(*law, domain), []
+    for i, curve in enumerate(curves, 1):
+        try:
+            proved.append(prove_curve(curve, box))
+        except Refused as why:
+            where = ", ".join(f"{axis} {range_}" for axis, range_ in zip(axes, domain))
+            raise Refused(f"curve {i} at {where}: {why}") from why
+    return shares(proved, *(Fraction(c) for c in damping))
+
+
 def prove(certificate):
-    """Proves a certificate of a point; returns its verdict."""
+    """Proves a certificate; returns what is proved, in words."""
     need(isinstance(certificate, dict) and "format" in certificate, "no certificate")
     need(certificate["format"] == FORMAT, f"certificates of the format {certificate['format']!r} are not proved here")
     need(set(certificate) == KEYS, "other keys than the format has")
     need(certificate["statement"] == STATEMENT, "another statement")
-    curves, bounds = certificate["curves"], certificate["critical_c"]
-    need(isinstance(curves, list) and len(curves) <= CURVES and isinstance(bounds, list) and len(bounds) == 2, "sizes")
-    epsilon, belt_speed, c = (number(certificate[key]) for key in ("epsilon", "V", "c"))
-    need(epsilon > 0 and belt_speed > 0 and c >= 0, "no point")
-    law = Law(certificate)
-    proved = {"returns": [], "absent": [], "lands": []}
-    for i, curve in enumerate(curves, 1):
-        try:
-            kind, viscous = prove_curve(curve, law, certificate["V"])
-        except Refused as why:
-            raise Refused(f"curve {i}: {why}") from why
-        proved[kind].append(viscous)
-    # Products of two doubles are exact in balls of 128 bits.
-    lo, hi = bounds
-    need(lo is None or any(number(lo) * epsilon <= viscous for viscous in proved["returns"]), "the lower bound of critical_c")
-    need(hi is None or any(number(hi) * epsilon >= viscous for viscous in proved["absent"]), "the upper bound of critical_c")
-    here = epsilon * c
-    verdict = certificate["verdict"]
-    if verdict == "present":
-        returns = any(here <= viscous for viscous in proved["returns"])
-        need(returns and any(here >= viscous for viscous in proved["lands"]), "the verdict present")
-    elif verdict == "absent":
-        need(any(here >= viscous for viscous in proved["absent"]), "the verdict absent")
-    else:
-        need(verdict == "undecided", "no verdict")
-    return verdict
+    axes, law = certificate["axes"], (certificate["law"], certificate["law_definition"])
+    need(all(isinstance(part, str) for part in law), "no law")
+    need(isinstance(axes, list) and axes[:1] == ["epsilon"] and axes[-1:] == ["V"], "no axes")
+    need(axes[1:-1] == parameters_of(*law), "the axes are not the parameters of the law")
+    need(isinstance(certificate["parts"], list), "no parts")
+    said = []
+    for part in certificate["parts"]:
+        need(isinstance(part, dict) and set(part) == {"domain", "c", "present", "absent", "proof"}, "no part")
+        domain, damping = part["domain"], part["c"]
+        need(isinstance(domain, list) and len(domain) == len(axes), "no domain")
+        for range_ in [*domain, damping]:
+            need(isinstance(range_, list) and len(range_) == 2 and bool(number(range_[0]) <= number(range_[1])), "no range")
+        need(domain[0][0] > 0 and domain[-1][0] > 0 and damping[0] >= 0, "no parameters")
+        present, absent = prove_node(part["proof"], domain, axes, law, damping)
+        for name, proved in (("present", present), ("absent", absent)):
+            need(bool(number(part[name]) <= arb(1)) and Fraction(part[name]) <= proved, f"the share {name}")
+        said.append(f"present {float(present):.4g}, absent {float(absent):.4g}")
+    return "; ".join(said)
 
 
 def no_constant(name):

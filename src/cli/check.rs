@@ -16,15 +16,14 @@ use super::{Ended, Failure, progress, proof};
 #[command(after_help = "\
 Examples:
   slipmap check results/quickstart.h5
-  slipmap check --proof results/validated/surface.json
+  slipmap check --proof results/validated/box.json
 
 Exit codes: 0 sound, 1 something is wrong with it, 2 it cannot be read as a map or proof")]
 pub(super) struct Arguments {
     /// The map
     #[arg(value_name = "MAP.h5", required_unless_present = "proof")]
     map: Option<PathBuf>,
-    /// Prove every claim of this certificate again: of the universal surface by another argument than the run
-    /// that wrote it, of a point or another law by the same prover
+    /// Prove every claim of this certificate again, by its curves
     #[arg(long, value_name = "FILE", conflicts_with = "map")]
     proof: Option<PathBuf>,
     /// Print JSON instead of text

@@ -9,7 +9,8 @@ use indicatif::ProgressBar;
 
 use super::chances::notes_on_draws;
 use super::summary::{self, RunReport};
-use super::{Ended, Failure, progress, proof, say};
+use super::{Ended, Failure, WRITTEN_BY, progress, proof, say};
+use slipmap_certify::certificate::Certificate;
 use slipmap_config::Job;
 use slipmap_format::{Journals, Outcome, StoreError};
 use slipmap_machine::risk::NoRisk;
@@ -64,7 +65,7 @@ pub(super) fn compute(
     }
     let summary = computed.map_err(|error| stopped(&error))?;
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&proved.proof, path, asked.replaces_proof)?;
+        proof::write(&Certificate::of_box(&proved.proof, WRITTEN_BY), path, asked.replaces_proof)?;
     }
     let mut outcome = Outcome::of(&job.plan, &summary);
     let mut probability_seconds = 0.0;
@@ -76,7 +77,8 @@ pub(super) fn compute(
                 for note in notes_on_draws(draws, found.failed, found.redrawn) {
                     say(&format!("note: {note}"));
                 }
-                outcome.auxiliary.push(auxiliary::probability(found.values, chances.draws));
+                let pieces = auxiliary::probabilities(found.values, found.by_itself, chances.draws);
+                outcome.auxiliary.extend(pieces);
             }
             Err(NoRisk::Interrupted) => return Err(stopped(&ComputeError::Interrupted)),
             Err(why) => say(&format!("note: {why}; the map has no probability")),

@@ -60,7 +60,7 @@ fn budgets(job: &Job) -> Vec<(&'static str, String)> {
         budgets.push(("curves", format!("in {planes}, of each kind {each} and {work:.1e} right-hand sides")));
     }
     if plan.proof_boxes > 0 {
-        budgets.push(("proof", format!("at most {} boxes", count(slipmap_map::boxes_to_try(plan)))));
+        budgets.push(("proof", format!("at most {} boxes", count(plan.proof_boxes))));
     }
     if let Some(chances) = Chances::of(&job.plan.grid, &job.uncertain) {
         let draws = number_of(chances.draws, "draw");

@@ -9,8 +9,7 @@ use super::probe_table::About;
 use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure, WRITTEN_BY, probe_table, proof};
-use slipmap_certify::certificate::Format as _;
-use slipmap_certify::point_certificate::PointCertificate;
+use slipmap_certify::certificate::Certificate;
 use slipmap_column::Method;
 use slipmap_config::{MachineJob, load_machine};
 use slipmap_figure::write_figure;
@@ -73,7 +72,7 @@ fn probe_point(
         .writing("--proof", arguments.proof.as_deref())
         .check(arguments.overwrite)?;
     if let Some(path) = &arguments.proof {
-        proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
+        proof::write(&Certificate::of_point(law, point, WRITTEN_BY), path, arguments.overwrite)?;
     }
     write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
     let (answer, direct) = Answer::of_both_engines(law, point, tolerance, Method::all());

@@ -10,7 +10,7 @@ use slipmap_column::bifurcation::Bifurcation;
 use slipmap_column::{Verdict, left_out};
 use slipmap_config::{Job, load_machine};
 use slipmap_machine::probe::{command_line, fate_name};
-use slipmap_map::{Axis, LISTED, PlaneCurves, Proofs, Summary};
+use slipmap_map::{Axis, LISTED, PlaneCurves, Summary};
 use slipmap_report::proved::{Rounded, proved_percent};
 
 /// Share of the box left undecided above which the summary says what to raise.
@@ -188,22 +188,22 @@ fn decided(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
 fn proved(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
     let RunReport { job, summary, .. } = report;
     if let Some(proved) = &summary.proved {
-        let volumes = &proved.volumes;
+        let shares = proved.proof.shares();
+        let undecided = shares.undecided();
         writeln!(
             out,
             "proved by validated over the whole box, all points between the nodes included: the cycle present in at least \
-             {} %, absent in at least {} %, undecided in at most {} %, from {} {} in {}",
-            proved_percent(volumes.present, volumes.undecided, Rounded::Down),
-            proved_percent(volumes.absent, volumes.undecided, Rounded::Down),
-            proved_percent(volumes.undecided, volumes.undecided, Rounded::Up),
-            count(volumes.tiles),
-            match proved.proof {
-                Proofs::Surface(_) => "boxes of (A, k, b)",
-                Proofs::Law(_) => "boxes of the parameters",
-            },
+             {} %, absent in at least {} %, undecided in at most {} %, from {} boxes of the parameters in {}",
+            proved_percent(shares.present, undecided, Rounded::Down),
+            proved_percent(shares.absent, undecided, Rounded::Down),
+            proved_percent(undecided, undecided, Rounded::Up),
+            count(proved.proof.tried),
             duration(proved.seconds)
         )?;
-        if volumes.undecided > MUCH_UNDECIDED {
+        if let Some(stop) = proved.proof.stop() {
+            writeln!(out, "  the largest undecided box: {stop}")?;
+        }
+        if undecided > MUCH_UNDECIDED {
             let more = 4 * job.plan.proof_boxes;
             writeln!(out, "  more boxes leave less undecided: --set validated.boxes={more}")?;
         }
@@ -404,11 +404,11 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
         })).collect::<Vec<_>>(),
         "curves_seconds": summary.curves_seconds,
         "proved": summary.proved.as_ref().map(|proved| json!({
-            "present": proved.volumes.present,
-            "absent": proved.volumes.absent,
-            "undecided_at_most": proved.volumes.undecided,
-            "boxes": proved.volumes.tiles,
-            "parts": proved.volumes.parts,
+            "present": proved.proof.shares().present,
+            "absent": proved.proof.shares().absent,
+            "undecided_at_most": proved.proof.shares().undecided(),
+            "boxes": proved.proof.tried,
+            "stop": proved.proof.stop().map(|stop| stop.to_string()),
             "seconds": proved.seconds,
         })),
         "rhs": account.rhs,

@@ -17,10 +17,9 @@ fn every_reference_critical_damping_is_enclosed() {
         // The reference is the f64 nearest to the root.
         let (low, high) = (row.critical_c.next_down(), row.critical_c.next_up());
         assert!(claim.present_below <= high && low <= claim.absent_above, "{row:?} {claim:?}");
-        // The enclosure is narrow: some hundred roundings of the terms whose difference c* is, amplified by
-        // the samples' factor and by Gronwall's exponentials, each below 20 in this table.
+        // The enclosure is narrow: curves 1e-8 c* apart on either side, and more where they are not found so near.
         let size = row.gamma * (1.0 - row.alpha) + 2.0 * row.beta * row.belt_speed;
-        assert!(claim.absent_above - claim.present_below < 1e-11 * size, "{row:?} {claim:?}");
+        assert!(claim.absent_above - claim.present_below < 1e-5 * size, "{row:?} {claim:?}");
     }
 }
 

@@ -8,10 +8,10 @@ use serde_json::Value;
 const JOB: &str = "\
 [grid]
 epsilon = 0.05
-alpha = [0.1, 0.5]
-beta = [0.0, 0.1]
-gamma = [0.5, 1.0]
-V = [0.5, 1.0]
+alpha = [0.1, 0.15]
+beta = 0.1
+gamma = 1.0
+V = [0.5, 0.55]
 c = [0.0, 0.5, 1.0]
 [methods]
 run = [\"validated\"]
@@ -45,7 +45,7 @@ pub(crate) fn written_again(text: &str) -> String {
 fn scratch() -> Scratch {
     let scratch = Scratch::new();
     scratch.file("job.toml", JOB);
-    scratch.file("other.toml", JOB.replace("map.h5", "other.h5").replace("[0.5, 1.0]", "[0.5, 1.5]"));
+    scratch.file("other.toml", JOB.replace("map.h5", "other.h5").replace("[0.5, 0.55]", "[0.5, 0.56]"));
     scratch
 }
 
@@ -107,7 +107,7 @@ fn the_proof_of_a_point_is_kept_and_verified() {
     for (name, point) in [("a.json", &stribeck[..]), ("b.json", &formula), ("c.json", &table)] {
         scratch.run(&[&["probe"], point, &["--proof", name]].concat()).ends_with(0);
         let check = scratch.run(&["check", "--proof", name]).ends_with(0);
-        check.out.says(&["one point, present", "sound"]);
+        check.out.says(&["1 proof", "present; critical c from", "sound"]);
         // Nothing is replaced without --overwrite.
         scratch.run(&[&["probe"], point, &["--proof", name]].concat()).refuses(&["exists already"]);
         if name == "a.json" {
@@ -116,15 +116,18 @@ fn the_proof_of_a_point_is_kept_and_verified() {
         let text = scratch.read(name);
         scratch.file("again.json", written_again(&text));
         scratch.run("check --proof again.json").ends_with(0);
-        // Digits that are lost make another claim, which is proved or refused.
-        let mut short: Value = serde_json::from_str(&text).unwrap();
-        let edge = short["critical_c"][0].as_f64().unwrap();
-        short["critical_c"][0] = format!("{:.6}", edge + 1e-6).parse::<f64>().unwrap().into();
-        scratch.file("wrong.json", short.to_string());
-        scratch.run("check --proof wrong.json").ends_with(1);
-        scratch.file("wrong.json", text.replace("\"present\"", "\"absent\""));
-        let wrong = scratch.run("check --proof wrong.json").ends_with(1);
-        wrong.out.says(&["the verdict that is proved is present"]);
+        let mut wrong: Value = serde_json::from_str(&text).unwrap();
+        let absent = &mut wrong["parts"][0]["proof"]["curves"][0];
+        let edge = absent["c"].as_f64().unwrap();
+        absent["c"] = (0.999 * edge).into();
+        scratch.file("wrong.json", wrong.to_string());
+        let run = scratch.run("check --proof wrong.json").ends_with(1);
+        run.out.says(&["curve 1 is no proof: orbits are not proved to cross piece"]);
+        wrong["parts"][0]["proof"]["curves"][0]["c"] = edge.into();
+        wrong["parts"][0]["absent"] = 1.0.into();
+        scratch.file("wrong.json", wrong.to_string());
+        let run = scratch.run("check --proof wrong.json").ends_with(1);
+        run.out.says(&["the share absent is proved to be at least 0 only"]);
         scratch.file("wrong.json", text.replace("\"written_by\"", "\"written\""));
         scratch.run("check --proof wrong.json").refuses(&["is not a proof"]);
     }
@@ -142,31 +145,32 @@ c = [0.0, 0.2, 0.4]
 ";
 
 /// Proofs over boxes, behind either of these.
-const PROVED: &str = "[methods]\nrun = [\"validated\"]\n[validated]\nboxes = 2\nproof = \"proof.json\"\n\
+const PROVED: &str = "[methods]\nrun = [\"validated\"]\n[validated]\nboxes = 8\nproof = \"proof.json\"\n\
                       [output]\npath = \"map.h5\"\n";
 
-/// A machine's friction as measured: its box has a proof as well.
+/// A machine of which belt speed and damping vary.
 const MACHINE: &str = "\
 [friction]
-law = \"table\"
-file = \"friction.csv\"
+law = \"exponential\"
 [machine]
 mass = 2.0
 stiffness = 505000.0
 normal_force = 1000.0
+static_friction = 0.4
+kinetic_friction = 0.26
+stribeck_velocity = 0.1
 belt_speed = [0.2, 0.21]
 damping = [0.0, 300.0, 600.0]
 ";
 
 #[test]
 fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
-    for (job, axes) in
-        [(FORMULA, "epsilon [1.0, 1.0], mu [0.5, 0.6], V [1.0, 1.1]"), (MACHINE, "epsilon [1.0, 1.0], V")]
-    {
+    for (job, axes) in [
+        (FORMULA, "epsilon 1, mu 0.5 to 0.6, V 1 to 1.1, c 0 to 0.4: present in "),
+        (MACHINE, "epsilon 1, mu "),
+    ] {
         let scratch = Scratch::new();
         scratch.file("job.toml", format!("{job}{PROVED}"));
-        scratch
-            .file("friction.csv", "0,0.4\n0.02,0.37\n0.05,0.34\n0.1,0.31\n0.2,0.285\n0.4,0.27\n0.8,0.262\n");
         let printed = run(&scratch, &["job.toml", "--json"]).json();
         let share = |name: &str| printed["proved"][name].as_f64().unwrap();
         let (present, absent, undecided) = (share("present"), share("absent"), share("undecided_at_most"));
@@ -174,14 +178,13 @@ fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
         assert!((present + absent + undecided - 1.0).abs() < 1e-9, "{printed}");
         let checked = scratch.run("check --proof proof.json");
         assert!(checked.code == 0 && checked.out.contains(axes), "{}{}", checked.out, checked.err);
-        // A claim twice as sharp, in the text.
+        // A larger claim, in the text.
         let text = fs::read_to_string(scratch.path().join("proof.json")).unwrap();
         let mut proof: Value = serde_json::from_str(&text).unwrap();
-        let radius = proof["tiles"][0]["radius"].as_f64().unwrap();
-        proof["tiles"][0]["radius"] = (0.5 * radius).into();
+        proof["parts"][0]["present"] = (present + 1e-3).into();
         scratch.file("forged.json", proof.to_string());
         let forged = scratch.run("check --proof forged.json");
-        assert!(forged.code == 1 && forged.out.contains("tile 1"), "{}{}", forged.out, forged.err);
+        assert!(forged.code == 1 && forged.out.contains("the share present"), "{}{}", forged.out, forged.err);
         // Written by another run: not replaced.
         run(&scratch, &["job.toml", "--set", "output.path=\"other.h5\"", "--set", "validated.boxes=3"])
             .refuses(&["proof.json"]);
@@ -217,7 +220,7 @@ fn formulas_that_cancel_are_no_friction_laws_anywhere() {
     probe(honest).ends_with(0);
     scratch.run("check --proof c.json").ends_with(0);
     let valid = scratch.read("c.json");
-    let lists = |text: String| format!("{{\"format\":\"slipmap proof 1\",\"statement\":\"\",{text}}}");
+    let lists = |text: String| format!("{{\"format\":\"slipmap proof 3\",\"statement\":\"\",{text}}}");
     let empty = "[],".repeat(3_000_000);
     for (forged, code) in CANCEL
         .map(|phi| (valid.replace(&format!("\\n{honest}"), &format!("\\n{phi}")), 1))
@@ -230,10 +233,10 @@ fn formulas_that_cancel_are_no_friction_laws_anywhere() {
                 ),
                 1,
             ),
-            (valid.replace("\"parameters\":[]", &format!("\"parameters\":[{}0]", "0,".repeat(3_000_000))), 2),
-            (lists(format!("\"tiles\":[{{\"cosines\":[{empty}[]]}}]")), 2),
-            (lists(format!("\"open\":[{empty}[]]")), 2),
-            (lists(format!("\"open\":{}{}", "[".repeat(100_000), "]".repeat(100_000))), 2),
+            (valid.replace("\"c\":[", &format!("\"c\":[{}", "0,".repeat(3_000_000))), 2),
+            (lists(format!("\"parts\":[{{\"domain\":[{empty}[]]}}]")), 2),
+            (lists(format!("\"axes\":[{empty}[]]")), 2),
+            (lists(format!("\"axes\":{}{}", "[".repeat(100_000), "]".repeat(100_000))), 2),
         ])
     {
         assert_ne!(forged, valid);

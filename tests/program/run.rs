@@ -383,14 +383,15 @@ fn proofs_between_the_nodes_are_printed_stored_and_reported() {
     let scratch = scratch();
     let run = |boxes: &str| {
         let proof = if boxes == "0" { "title=none" } else { "validated.proof=proof.json" };
-        let narrow = "--set grid.epsilon=0.05 --set grid.gamma=[0.5,2.0] --set output.fields=[\"verdict\"]";
+        let narrow = "--set grid.epsilon=0.05 --set grid.alpha=0.3 --set grid.beta=0.1 --set grid.gamma=[1.0,1.1] \
+                      --set grid.V=[0.5,0.6] --set output.fields=[\"verdict\"]";
         let methods =
             format!("--set methods.run=[\"validated\"] --set validated.boxes={boxes} --set {proof}");
         scratch.json(&format!("run small.toml --overwrite {narrow} {methods}"))["proved"].clone()
     };
     let share = |proved: &Value, name: &str| proved[name].as_f64().unwrap();
     assert_eq!(run("0"), Value::Null);
-    let (few, more) = (run("1"), run("3"));
+    let (few, more) = (run("1"), run("8"));
     assert!(share(&more, "undecided_at_most") < share(&few, "undecided_at_most"), "{few} {more}");
     let sum: f64 = ["present", "absent", "undecided_at_most"].iter().map(|name| share(&more, name)).sum();
     assert!((sum - 1.0).abs() < 1e-12, "{more}");
@@ -404,25 +405,24 @@ fn proofs_between_the_nodes_are_printed_stored_and_reported() {
     scratch.run("check maps/small.h5").ends_with(0);
 
     let proof = scratch.json("check --proof proof.json");
-    assert!(proof["confirmed"].as_u64().unwrap() >= 2 && proof["sound"] == true, "{proof}");
+    assert!(proof["boxes"].as_u64().unwrap() >= 2 && proof["sound"] == true, "{proof}");
     let text = scratch.read("proof.json");
     // Written again by another program: keys in another order, spaces, integers with decimal points.
     scratch.file("again.json", written_again(&text));
     let again = scratch.run("check --proof again.json").ends_with(0);
-    again.out.says(&["sound: every claim is proved again by a second argument"]);
-    // The claim of the first tile made a hundred times sharper, and a tile removed.
-    let mut sharp: Value = serde_json::from_str(&text).unwrap();
-    let mut gap = sharp.clone();
-    let radius = sharp["tiles"][0]["radius"].as_f64().unwrap();
-    sharp["tiles"][0]["radius"] = (radius / 100.0).into();
-    gap["tiles"].as_array_mut().unwrap().pop();
-    for (wrong, problem) in [(sharp, "tile 1 "), (gap, "do not divide the domain")] {
+    again.out.says(&["sound: orbits are proved again to cross every curve one way"]);
+    // A larger claim, and a cut elsewhere.
+    let mut large: Value = serde_json::from_str(&text).unwrap();
+    let mut cut = large.clone();
+    large["parts"][0]["absent"] = (share(&more, "absent") + 1e-3).into();
+    cut["parts"][0]["proof"]["cut"]["at"] = 100.0.into();
+    for (wrong, problem) in [(large, "the share absent"), (cut, "a cut does not divide its box")] {
         scratch.file("wrong.json", wrong.to_string());
         scratch.run("check --proof wrong.json").ends_with(1).out.says(&[problem]);
     }
     scratch.file("cut.json", &text[..text.len() / 2]);
     let run = scratch.run("check --proof cut.json").ends_with(2);
-    run.err.says(&["cut.json: cannot be read: ", "help:"]);
+    run.err.says(&["cut.json: is not a proof: ", "help: name a certificate"]);
 
     scratch.run("report maps/small.h5 --out report").ends_with(0);
     let table = std::fs::read_to_string(scratch.path().join("report/tables/proved_volume.csv")).unwrap();

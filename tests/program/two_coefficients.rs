@@ -247,7 +247,4 @@ fn a_map_over_the_drop_is_that_of_its_points() {
             near(&found["critical_c"]["value"], stored, 1e-6);
         }
     }
-    // Proofs over boxes know no drop.
-    let boxes = ["--set", "methods.run=[\"validated\"]", "--set", "validated.boxes=2", "--overwrite"];
-    scratch.run(&[&["run", "job.toml"][..], &boxes].concat()).refuses(&["boxes", "drop"]);
 }

@@ -54,10 +54,7 @@ mod enclosure;
 pub mod harmonic_balance;
 pub mod instability;
 pub mod landing;
-pub mod law_certificate;
 pub mod perturbation;
-pub mod point_certificate;
-pub mod recheck;
 pub mod slip_count;
 pub mod symmetric;
 pub mod validated;
@@ -104,17 +101,6 @@ impl Claim {
         present_below: f64::NEG_INFINITY,
         absent_above: f64::INFINITY,
     };
-
-    /// What this claim and another, both proved, say together.
-    #[must_use]
-    pub(crate) fn or(&self, other: &Claim) -> Claim {
-        // Presence at one damping rests on a landing there or at a smaller one, and on a return there or at a larger one.
-        let [one, two] = [self, other].map(|it| (it.sticks_from, it.present_below, it.absent_above));
-        let sticks = |from: f64| if from == f64::NEG_INFINITY { f64::INFINITY } else { from };
-        let sticks_from = sticks(one.0).min(sticks(two.0));
-        let present_below = one.1.max(two.1);
-        Claim { sticks_from, present_below, absent_above: one.2.min(two.2) }
-    }
 
     /// The verdict at damping `c`.
     #[must_use]

@@ -15,6 +15,7 @@ mod machine;
 mod measured;
 mod points;
 mod source;
+mod uncertain;
 mod units;
 mod written;
 
@@ -32,7 +33,8 @@ pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;
 pub use source::decimal_comma;
 use source::{ConfigFile, Node, Section};
-pub use units::{conversion, has_unit, head_of, number_in};
+pub use uncertain::{share, with_deviation};
+pub use units::{conversion, has_unit, head_of, number_in, size, size_on_disc, with_unit};
 pub use written::{nodes, quoted};
 
 use slipmap_certify::validated;
@@ -147,19 +149,9 @@ impl Job {
         let section = root.section("validated")?;
         let proof_boxes = section.get_or("boxes", DEFAULT_PROOF_BOXES, |node| node.integer(0, 1_000_000))?;
         let proves = methods.contains(&Method::Test(&validated::TEST));
-        let proof_boxes = if proves && !grid.law().may_drop() { proof_boxes } else { 0 };
-        if let Some(node) = section.get("boxes").filter(|_| proves && grid.law().may_drop())
-            && node.integer::<usize>(0, 1_000_000)? > 0
-        {
-            let remedy = "write boxes = 0; single points are proved with a drop, too";
-            return Err(node.error(NO_DROP_IN_BOXES, remedy));
-        }
+        let proof_boxes = if proves { proof_boxes } else { 0 };
         let proof = match section.get("proof") {
             None => None,
-            Some(node) if proves && grid.law().may_drop() => {
-                let remedy = "leave the proof out; `slipmap probe --proof FILE` stores that of a point, with a drop, too";
-                return Err(node.error(NO_DROP_IN_BOXES, remedy));
-            }
             Some(node) if proof_boxes == 0 => {
                 return Err(node.error(
                     "this run proves nothing that could be stored",
@@ -205,8 +197,6 @@ impl Job {
         })
     }
 }
-
-const NO_DROP_IN_BOXES: &str = "proofs over boxes know no drop of friction as slip begins";
 
 /// The sections of a configuration.
 const SECTIONS: [&str; 11] = [

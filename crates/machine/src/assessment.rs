@@ -19,7 +19,7 @@ use slipmap_column::backbone::Backbone;
 use slipmap_column::critical::is_known;
 use slipmap_column::crossing::crossing_cycles;
 use slipmap_column::slip_cycle::{Kick, Unknown};
-use slipmap_column::{HALVINGS, LongRun, Method, Regime, Verdict, sticks_from};
+use slipmap_column::{HALVINGS, LongRun, Regime, Verdict, sticks_from};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::Column;
@@ -238,7 +238,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     };
     let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
     let proofs = theorems.chain([&validated::TEST]).map(|test| {
-        let answer = of_test(Method::Test(test), &test.claim(&column), &column, point.damping);
+        let answer = of_test(test, &column, point.damping);
         Proof { test: test.name, verdict: answer.verdict.name(), reason: answer.reason }
     });
     let proofs: Vec<Proof> = proofs.collect();

@@ -1,7 +1,7 @@
 //! The answer of one method about a point.
 
 use slipmap_certify::curve;
-use slipmap_certify::{Claim, Decision, Guarantee};
+use slipmap_certify::{Claim, Decision, Guarantee, Test};
 use slipmap_column::{Method, Verdict};
 use slipmap_model::friction::Column;
 use slipmap_numbers::text::short;
@@ -24,13 +24,21 @@ pub struct MethodAnswer {
     pub reason: Option<String>,
 }
 
-/// The answer of a closed-form test.
-pub(crate) fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
+/// The answer of a closed-form test, or of proofs.
+pub(crate) fn of_test(test: &'static Test, column: &Column, c: f64) -> MethodAnswer {
+    let method = Method::Test(test);
+    let (claim, stop) = if method == Method::validated() {
+        let proof = curve::prove(column);
+        (proof.claim(), proof.stop.map(|stop| stop.to_string()))
+    } else {
+        (test.claim(column), None)
+    };
+    let claim = &claim;
     let decision = claim.decide(c);
     let reason = (decision == Decision::Undecided).then(|| {
-        why_inapplicable(method, claim, column).unwrap_or_else(|| {
+        why_inapplicable(method, claim, column, stop.as_ref()).unwrap_or_else(|| {
             let reason = why_undecided(claim, c);
-            why_not_sharp(method, claim, column)
+            why_not_sharp(method, claim, stop.clone())
                 .map_or(reason.clone(), |obstacle| format!("{reason}; {obstacle}"))
         })
     });
@@ -45,7 +53,7 @@ pub(crate) fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) ->
 }
 
 /// The reason, if a property of the law itself makes a test inapplicable.
-fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<String> {
+fn why_inapplicable(method: Method, claim: &Claim, column: &Column, stop: Option<&String>) -> Option<String> {
     if *claim != Claim::NOTHING {
         return None;
     }
@@ -62,7 +70,7 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
             let unknown = "the friction law is not known at all slip speeds up to 2 V";
             no_first_order.map(|why| why.to_string()).or_else(|| is_unknown().then(|| unknown.into()))
         }
-        Guarantee::Validated => curve::prove(column).stop.map(|stop| stop.to_string()),
+        Guarantee::Validated => stop.cloned(),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
             .then(|| "the friction law has no proved bounds at all slip speeds up to 2 V".into()),
         Guarantee::Numerical | Guarantee::None => None,
@@ -70,15 +78,14 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
 }
 
 /// The reason why a proof claims less than there is, or a balance of energy leaves a band.
-fn why_not_sharp(method: Method, claim: &Claim, column: &Column) -> Option<String> {
+fn why_not_sharp(method: Method, claim: &Claim, stop: Option<String>) -> Option<String> {
     if method.guarantee() == Guarantee::Asymptotic {
         // Its two edges differ by the error of the balance of energy.
         let error = 0.5 * (claim.absent_above - claim.present_below);
         let told = |error| format!("the balance of energy is known to +- {} only", short(error));
         return (error > 0.0 && error.is_finite()).then(|| told(error));
     }
-    let is_proved = method.guarantee() == Guarantee::Validated;
-    is_proved.then(|| curve::prove(column).stop.map(|stop| stop.to_string()))?
+    stop
 }
 
 /// The reason why a claim is undecided at damping `c`.

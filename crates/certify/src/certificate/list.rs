@@ -13,6 +13,12 @@ use serde::{Deserialize, Deserializer, Serialize};
 #[serde(transparent)]
 pub struct List<T, const MOST: usize>(Vec<T>);
 
+impl<T, const MOST: usize> Default for List<T, MOST> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
 impl<T, const MOST: usize> Deref for List<T, MOST> {
     type Target = Vec<T>;
 

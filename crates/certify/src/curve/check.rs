@@ -8,16 +8,16 @@
 //! touches it counts with the limit from its own side: the orbit there meets the curve with the flow of that
 //! side only, or both are vertical, and S does not depend on w.
 
-use super::{Kind, MOST_DEGREE, OneWay};
+use super::{Along, Kind, MOST_DEGREE, OneWay};
 use slipmap_model::friction::{COUNT, Column, ProvedPiece, Range, Weakening};
 use slipmap_numbers::interval::Interval;
-use slipmap_numbers::jet::{Jet, Real as _};
+use slipmap_numbers::jet::{Jet, Real};
 use std::sync::Arc;
 
 /// Number of Taylor coefficients: more than a piece has, so that its derivative is exact in them.
 const ORDER: usize = 12;
 /// Largest number of halvings of a piece, and of cells of a curve.
-const MOST_HALVINGS: u32 = 14;
+pub(super) const MOST_HALVINGS: u32 = 14;
 const MOST_CELLS: usize = 50_000;
 /// Largest number of the law's polynomials that one cell may meet.
 const MOST_TOGETHER: usize = 6;
@@ -32,13 +32,13 @@ type Points = Vec<Interval>;
 
 /// One coordinate of a part of a piece: its value at the start, and the differences of its control points.
 /// Rounding errors are relative to the differences, so that short parts have slopes as accurate as long ones.
-struct Part {
-    from: Interval,
+pub(super) struct Part {
+    pub(super) from: Interval,
     rises: Points,
 }
 
 impl Part {
-    fn of(points: &[[f64; 2]], axis: usize) -> Self {
+    pub(super) fn of(points: &[[f64; 2]], axis: usize) -> Self {
         let at = |point: &[f64; 2]| Interval::of(point[axis]);
         Self {
             from: at(&points[0]),
@@ -47,7 +47,7 @@ impl Part {
     }
 
     /// Values that contain those of the part.
-    fn hull(&self) -> Interval {
+    pub(super) fn hull(&self) -> Interval {
         let mut at = self.from;
         self.rises.iter().fold(at, |hull, rise| {
             at = at + *rise;
@@ -55,7 +55,7 @@ impl Part {
         })
     }
 
-    fn halves(&self) -> [Self; 2] {
+    pub(super) fn halves(&self) -> [Self; 2] {
         let half = Interval::of(0.5);
         let [left, right] =
             halves(&self.rises).map(|rises| rises.into_iter().map(|rise| rise * half).collect());
@@ -66,7 +66,7 @@ impl Part {
 
     /// The coefficients of the powers of t, which runs from 0 to 1: integrals of those of the slope, which
     /// are binomials times differences.
-    fn coefficients(&self) -> Points {
+    pub(super) fn coefficients(&self) -> Points {
         let degree = self.rises.len();
         let (mut row, mut binomial, mut found) = (self.rises.clone(), degree as f64, vec![self.from]);
         for k in 0..degree {
@@ -94,12 +94,10 @@ pub enum Fault {
         piece: usize,
     },
     /// Above the belt line, or beyond the law.
-    #[error("piece {piece} leaves the slip speeds from 0 to {known}, at which the law is known")]
+    #[error("piece {piece} leaves the slip speeds at which the law is known")]
     Domain {
         /// Number of the piece, from 1.
         piece: usize,
-        /// The largest slip speed of the law.
-        known: f64,
     },
     /// Neither left of the equilibrium, nor below it with u rising, nor above it.
     #[error("piece {piece} does not lead once around the equilibrium")]
@@ -132,8 +130,12 @@ pub enum Fault {
 pub(super) struct Field {
     pub(super) law: Arc<Weakening>,
     pub(super) belt_speed: f64,
-    /// C.
+    epsilon: f64,
+    /// c.
+    pub(super) damping: f64,
+    /// C = eps c, rounded, and enclosed.
     pub(super) viscous: f64,
+    exact_viscous: Interval,
     pub(super) drop: Interval,
     /// Added to the errors of the law's polynomials.
     rounding: f64,
@@ -160,37 +162,39 @@ impl Budget {
 }
 
 impl Field {
-    pub(super) fn new(column: &Column, viscous: f64) -> Self {
+    pub(super) fn new(column: &Column) -> Self {
         let law = column.curve.compiled(super::reach(column));
         let sizes =
             law.proved_pieces(0.0, law.reach()).map(|piece| piece.c.iter().map(|c| c.abs()).sum::<f64>());
         let rounding = (COEFFICIENTS * sizes.fold(0.0, f64::max) + of_differences(column)).next_up();
         let drop = column.curve.drop();
         let drop = if drop > 0.0 { Interval::ball(drop, DROP).at_least_zero() } else { Interval::ZERO };
-        Self { law, belt_speed: column.belt_speed, viscous, drop, rounding }
+        let (belt_speed, epsilon) = (column.belt_speed, column.epsilon);
+        let [damping, viscous] = [0.0; 2];
+        Self { law, belt_speed, epsilon, damping, viscous, exact_viscous: Interval::ZERO, drop, rounding }
     }
 
-    /// The same at another damping.
-    pub(super) fn at(&self, viscous: f64) -> Self {
-        Self { viscous, ..self.clone() }
+    /// The same at another damping c.
+    pub(super) fn at(&self, damping: f64) -> Self {
+        let (viscous, exact_viscous) =
+            (self.epsilon * damping, Interval::of(self.epsilon) * Interval::of(damping));
+        Self { damping, viscous, exact_viscous, ..self.clone() }
     }
 
-    /// Where a piece lies, by its control points, which bound it; `None` if it proves nothing there.
-    pub(super) fn place(&self, piece: &[[f64; 2]]) -> Option<Place> {
-        let (first, last) = (piece.first()?[1], piece.last()?[1]);
-        let has_sign = |sign: f64| {
-            let inner = &piece[1..piece.len() - 1];
-            let [first, last] = [sign * first, sign * last];
-            inner.iter().all(|point| sign * point[1] > 0.0) && first.min(last) >= 0.0 && first.max(last) > 0.0
-        };
-        if piece.iter().all(|point| point[0] > self.belt_speed) {
-            Some(Place::Left)
-        } else if has_sign(1.0) {
-            Some(Place::Above)
-        } else {
-            let is_graph = piece.windows(2).all(|ends| ends[0][0] < ends[1][0]);
-            (has_sign(-1.0) && is_graph).then_some(Place::Below)
+    /// What the lemma asks of a curve's place.
+    fn setting(&self) -> Setting {
+        Setting {
+            known: self.law.reach(),
+            belt_speed: Interval::of(self.belt_speed),
+            drop: self.drop,
+            drops: Vec::new(),
         }
+    }
+
+    /// Where a piece lies; `None` if it proves nothing there.
+    pub(super) fn place(&self, piece: &[[f64; 2]]) -> Option<Place> {
+        let points: Vec<_> = piece.iter().map(|point| point.map(Interval::of)).collect();
+        place(&points, piece.windows(2).all(|ends| ends[0][0] < ends[1][0]), Interval::of(self.belt_speed))
     }
 
     /// Proves that S has the `sign` on a whole piece.
@@ -237,7 +241,7 @@ impl Field {
     fn is_wrong(&self, u: Interval, u_middle: &Points, y_middle: &Points, sign: f64) -> bool {
         let mut pieces = self.law.proved_pieces(u.lo.max(0.0), u.hi.max(0.0));
         pieces.all(|piece| {
-            let [u, y] = [u_middle, y_middle].map(|c| around::<2>(Interval::ZERO, c));
+            let [u, y] = [u_middle, y_middle].map(|c| around::<_, 2>(Interval::ZERO, c));
             let s = Interval::of(sign) * self.crossing(&piece, u, y).0[0];
             s.hi <= 0.0
         })
@@ -248,7 +252,7 @@ impl Field {
     fn lowest(&self, piece: &ProvedPiece, [u, y]: [&Points; 2], sign: f64) -> f64 {
         let whole = Interval::new(-1.0, 1.0);
         let [along, wide] = [Interval::ZERO, whole].map(|at| {
-            let [u, y] = [u, y].map(|c| around::<ORDER>(at, c));
+            let [u, y] = [u, y].map(|c| around::<_, ORDER>(at, c));
             (self.crossing(piece, u, y), u, y)
         });
         let (wide_s, wide_u, wide_y) = wide;
@@ -283,8 +287,18 @@ impl Field {
     ) -> Jet<Interval, N> {
         let c = Jet::<Interval, N>::constant;
         let w = ((u - c(piece.middle)) * c(piece.scale)).polynomial(piece.c);
-        let force = u - c(self.belt_speed) + (w - c(self.viscous)) * y;
+        let force = u - c(self.belt_speed) + (w - Jet::of(self.exact_viscous)) * y;
         -(slopes(&u) * force) - slopes(&y) * y
+    }
+}
+
+impl Cell {
+    pub(super) fn fault(self, piece: usize) -> Fault {
+        match self {
+            Cell::Sign => Fault::Sign { piece },
+            Cell::NoEnclosure(at) => Fault::NoEnclosure { at },
+            Cell::TooMuchWork => Fault::TooMuchWork,
+        }
     }
 }
 
@@ -313,18 +327,36 @@ pub(super) enum Cell {
     TooMuchWork,
 }
 
+/// Where a piece lies, by its control points, which bound it, and whether u rises along them; `None` if it proves
+/// nothing there.
+pub(super) fn place(points: &[[Interval; 2]], rises: bool, belt_speed: Interval) -> Option<Place> {
+    let (first, last) = (points.first()?[1], points.last()?[1]);
+    let has_sign = |flip: fn(Interval) -> f64| {
+        let inner = &points[1..points.len() - 1];
+        let [first, last] = [first, last].map(flip);
+        inner.iter().all(|point| flip(point[1]) > 0.0) && first.min(last) >= 0.0 && first.max(last) > 0.0
+    };
+    if points.iter().all(|point| point[0].lo > belt_speed.hi) {
+        Some(Place::Left)
+    } else if has_sign(|y| y.lo) {
+        Some(Place::Above)
+    } else {
+        (has_sign(|y| -y.hi) && rises).then_some(Place::Below)
+    }
+}
+
 /// The series of the derivative of a polynomial of a degree below N - 1.
-fn slopes<const N: usize>(series: &Jet<Interval, N>) -> Jet<Interval, N> {
-    let mut slopes = Jet::of(Interval::ZERO);
+pub(super) fn slopes<T: Real, const N: usize>(series: &Jet<T, N>) -> Jet<T, N> {
+    let mut slopes = Jet::of(T::constant(0.0));
     for k in 1..N {
-        slopes.0[k - 1] = Interval::of(k as f64) * series.0[k];
+        slopes.0[k - 1] = T::constant(k as f64) * series.0[k];
     }
     slopes
 }
 
 /// The series of a polynomial at all places in `at`, from its coefficients.
-fn around<const N: usize>(at: Interval, coefficients: &Points) -> Jet<Interval, N> {
-    let mut series = [Interval::ZERO; N];
+pub(super) fn around<T: Real, const N: usize>(at: T, coefficients: &[T]) -> Jet<T, N> {
+    let mut series = [T::constant(0.0); N];
     for coefficient in coefficients.iter().rev() {
         for k in (1..N).rev() {
             series[k] = series[k] * at + series[k - 1];
@@ -347,77 +379,139 @@ fn halves(points: &Points) -> [Points; 2] {
     [left, right]
 }
 
+/// What the lemma asks of a curve's place, over all of a box.
+pub(super) struct Setting {
+    /// The slip speed up to which the law is known.
+    pub(super) known: f64,
+    pub(super) belt_speed: Interval,
+    /// The drop in the middle of the box, and its derivatives along the axes.
+    pub(super) drop: Interval,
+    pub(super) drops: Vec<Interval>,
+}
+
+/// A piece over all of a box: its control points, and whether u rises along them.
+struct Outline {
+    points: Vec<[Interval; 2]>,
+    rises: bool,
+}
+
 impl OneWay {
-    /// Proves the claim of the curve about the orbit of a column at its damping C = `viscous`; returns the
-    /// number of cells.
+    /// Proves the claim of the curve about the orbit of a column at its damping; returns the number of cells.
     ///
     /// # Errors
     /// [`Fault`]: what is not proved.
     pub fn check(&self, column: &Column) -> Result<usize, Fault> {
-        let field = Field::new(column, self.viscous);
-        self.lies_well(&field)?;
+        let field = Field::new(column).at(self.c);
+        self.lies_well(&field.setting())?;
         let mut budget = Budget::of_a_curve();
         for (piece, points) in (1..).zip(self.pieces.iter()) {
-            field.crosses(points, self.kind.sign(), &mut budget).map_err(|cell| match cell {
-                Cell::Sign => Fault::Sign { piece },
-                Cell::NoEnclosure(at) => Fault::NoEnclosure { at },
-                Cell::TooMuchWork => Fault::TooMuchWork,
-            })?;
+            let crosses = field.crosses(points, self.kind.sign(), &mut budget);
+            crosses.map_err(|cell| cell.fault(piece))?;
         }
         Ok(MOST_CELLS - budget.0)
     }
 
-    /// All that the lemma asks of the curve but the sign of S.
-    pub(super) fn lies_well(&self, field: &Field) -> Result<(), Fault> {
-        let known = field.law.reach();
-        for (piece, points) in (1..).zip(self.pieces.iter()) {
-            let is_polynomial = (2..=MOST_DEGREE + 1).contains(&points.len());
-            if !is_polynomial || points.iter().flatten().any(|x| !x.is_finite()) || !self.viscous.is_finite()
-            {
-                return Err(Fault::Malformed { piece });
-            }
-            if points.iter().any(|point| !(0.0..=known).contains(&point[0])) {
-                return Err(Fault::Domain { piece, known });
-            }
-            if field.place(points).is_none() {
-                return Err(Fault::Around { piece });
-            }
-        }
-        for (piece, ends) in (2..).zip(self.pieces.windows(2)) {
-            let [end, start] = [ends[0].last(), ends[1].first()];
-            if end != start {
-                return Err(Fault::Gap { piece });
-            }
-            // The curve meets y = 0 between pieces left of the equilibrium only.
-            if end.is_none_or(|point| point[1] == 0.0 && point[0] <= field.belt_speed) {
-                return Err(Fault::Around { piece });
-            }
-        }
-        let (Some(first), Some(last)) = (self.pieces.first(), self.pieces.last()) else {
-            return Err(Fault::Ends);
-        };
-        if self.ends_well(field, first, last) { Ok(()) } else { Err(Fault::Ends) }
+    /// As [`OneWay::lies_well`], of a curve of one column.
+    pub(super) fn lies_well_in(&self, field: &Field) -> Result<(), Fault> {
+        self.lies_well(&field.setting())
     }
 
-    fn ends_well(&self, field: &Field, first: &[[f64; 2]], last: &[[f64; 2]]) -> bool {
-        let [[u0, y0], [u1, y1]] = [first[0], last[last.len() - 1]];
-        let is_inside = [first, last].map(|piece| field.place(piece))
-            == [Some(Place::Below), Some(Place::Above)]
-            && u0 == 0.0
-            && y0 <= 0.0;
-        let drop = field.drop;
+    /// The pieces over all of a box on which it has `axes` axes.
+    fn outlines(&self, axes: usize) -> Result<Vec<Outline>, Fault> {
+        let malformed = |piece| Fault::Malformed { piece };
+        let is_list = |of: &Along| of.pieces.len() == self.pieces.len() && of.c.is_finite();
+        if !(self.c.is_finite() && self.along.len() == axes && self.along.iter().all(is_list)) {
+            return Err(malformed(1));
+        }
+        let outline = |(i, points): (usize, &super::Piece)| {
+            let along: Vec<_> = self.along.iter().map(|along| &along.pieces[i]).collect();
+            let is_polynomial = (2..=MOST_DEGREE + 1).contains(&points.len())
+                && along.iter().all(|along| along.len() == points.len())
+                && along
+                    .iter()
+                    .copied()
+                    .chain([points])
+                    .flat_map(|it| it.iter().flatten())
+                    .all(|x| x.is_finite());
+            if !is_polynomial {
+                return Err(malformed(i + 1));
+            }
+            let at = |k: usize, axis: usize| spread(points[k][axis], along.iter().map(|it| it[k][axis]));
+            let rise = |k: usize| {
+                let rise = |it: &super::Piece| Interval::of(it[k + 1][0]) - Interval::of(it[k][0]);
+                let sizes = along.iter().map(|it| rise(it).size());
+                rise(points).lo > sizes.fold(Interval::ZERO, |sum, size| sum + Interval::of(size)).hi
+            };
+            Ok(Outline {
+                points: (0..points.len()).map(|k| [at(k, 0), at(k, 1)]).collect(),
+                rises: (0..points.len() - 1).all(rise),
+            })
+        };
+        self.pieces.iter().enumerate().map(outline).collect()
+    }
+
+    /// All that the lemma asks of the curve but the sign of S.
+    pub(super) fn lies_well(&self, setting: &Setting) -> Result<(), Fault> {
+        let Setting { known, belt_speed, drops, .. } = setting;
+        let outlines = self.outlines(drops.len())?;
+        let mut places = Vec::new();
+        for (piece, outline) in (1..).zip(&outlines) {
+            if outline.points.iter().any(|[u, _]| !(u.lo >= 0.0 && u.hi <= *known)) {
+                return Err(Fault::Domain { piece });
+            }
+            places.push(place(&outline.points, outline.rises, *belt_speed).ok_or(Fault::Around { piece })?);
+        }
+        let lists = self.along.iter().map(|along| &along.pieces).chain([&self.pieces]);
+        for pieces in lists {
+            for (piece, ends) in (2..).zip(pieces.windows(2)) {
+                if ends[0].last() != ends[1].first() {
+                    return Err(Fault::Gap { piece });
+                }
+            }
+        }
+        for (piece, outline) in (2..).zip(outlines.iter().skip(1)) {
+            // The curve meets y = 0 between pieces left of the equilibrium only.
+            let [u, y] = outline.points[0];
+            if y.contains_zero() && u.lo <= belt_speed.hi {
+                return Err(Fault::Around { piece });
+            }
+        }
+        let ends = outlines.first().zip(outlines.last()).filter(|(first, last)| {
+            let is_around = [places.first(), places.last()] == [Some(&Place::Below), Some(&Place::Above)];
+            is_around && self.ends_well(setting, first.points[0], last.points[last.points.len() - 1])
+        });
+        ends.map(|_| ()).ok_or(Fault::Ends)
+    }
+
+    fn ends_well(&self, setting: &Setting, [u0, y0]: [Interval; 2], [u1, y1]: [Interval; 2]) -> bool {
+        let line = |u: Interval| u == Interval::ZERO;
+        // How much the start falls below the drop differs along the axes.
+        let along = self.along.iter().zip(&setting.drops);
+        let off = along.map(|(along, drop)| (Interval::of(along.pieces[0][0][1]) + *drop).size());
+        let off = off
+            .fold(0.0, |sum, off| if off == 0.0 { sum } else { (Interval::of(sum) + Interval::of(off)).hi });
+        let drop = if off == 0.0 { setting.drop } else { Interval::ball(0.0, off) + setting.drop };
+        let start = -self.pieces[0][0][1];
         let starts = match self.kind {
-            Kind::Returns => -y0 <= drop.lo,
+            Kind::Returns => y0.hi <= 0.0 && start <= drop.lo,
             // Of a drop of 0 the start lies below E; above 0 it may be at E, and the bound of the drop is
             // above it.
-            _ => y0 < 0.0 && -y0 >= drop.hi,
+            _ => y0.hi < 0.0 && start >= drop.hi,
         };
-        let most = Interval::of(2.0) - drop;
+        let drops = setting.drops.iter().fold(setting.drop, |sum, drop| match drop.size() {
+            0.0 => sum,
+            size => sum + Interval::new(-size, size),
+        });
         let ends = match self.kind {
-            Kind::Returns => u1 == 0.0 && y1 > 0.0,
-            Kind::Absent => u1 > 0.0 && u1 < field.belt_speed && y1 == 0.0,
-            Kind::Lands => u1 == 0.0 && y1 > 0.0 && y1 < most.lo,
+            Kind::Returns => line(u1) && y1.lo > 0.0,
+            Kind::Absent => u1.lo > 0.0 && u1.hi < setting.belt_speed.lo && y1 == Interval::ZERO,
+            Kind::Lands => line(u1) && y1.lo > 0.0 && y1.hi < (Interval::of(2.0) - drops).lo,
         };
-        is_inside && starts && ends
+        line(u0) && starts && ends
     }
+}
+
+/// All values of a number that changes by these along the axes.
+fn spread(middle: f64, along: impl Iterator<Item = f64>) -> Interval {
+    along.filter(|x| *x != 0.0).fold(Interval::of(middle), |sum, x| sum + Interval::new(-x.abs(), x.abs()))
 }

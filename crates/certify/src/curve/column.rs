@@ -4,13 +4,12 @@ use super::find::Finder;
 use super::{Kind, OneWay};
 use crate::Claim;
 use slipmap_model::friction::{Column, Range};
-use slipmap_numbers::interval::Interval;
 
-/// Distances of the curves that close from C*, in units of it, tried in this order.
+/// Distances of the curves that close from c*, in units of it, tried in this order.
 const MARGINS: [f64; 5] = [1e-8, 1e-7, 1e-6, 1e-4, 1e-2];
 /// Least size of C* of which they are shares: C is the damping at a frequency of 1.
 const LEAST_SIZE: f64 = 1e-3;
-/// Shares of C* at which a landing is tried.
+/// Shares of c* at which a landing is tried.
 const LANDINGS: [f64; 7] = [0.0, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99];
 /// Number of bisections between a damping at which it failed and one at which it did not.
 const HALVINGS: u32 = 6;
@@ -19,15 +18,15 @@ const HALVINGS: u32 = 6;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Stop {
     /// C* is sought between bounds.
-    #[error("no orbit comes back at {at:.3e}, the smallest epsilon c at which the critical one may be")]
+    #[error("no orbit comes back at c = {at:.3e}, the smallest at which the critical one may be")]
     NeverReturns {
-        /// C.
+        /// c.
         at: f64,
     },
     /// C* is sought between bounds.
-    #[error("the orbit comes back yet at {at:.3e}, the largest epsilon c at which the critical one may be")]
+    #[error("the orbit comes back yet at c = {at:.3e}, the largest at which the critical one may be")]
     AlwaysReturns {
-        /// C.
+        /// c.
         at: f64,
     },
     /// The law ends.
@@ -46,14 +45,23 @@ pub enum Stop {
     #[error("no curve that orbits cross one way closes")]
     NotClosed,
     /// The curve passes the stick segment.
-    #[error("the orbit may land beyond the stick segment at epsilon c = {viscous:.3e}")]
+    #[error("the orbit may land beyond the stick segment at c = {damping:.3e}")]
     LandsBeyond {
-        /// C.
-        viscous: f64,
+        /// c.
+        damping: f64,
     },
     /// No piece is short enough.
     #[error("no polynomial is short enough that orbits are proved to cross it one way")]
     Pieces,
+    /// Curves are linear over a box.
+    #[error("the box of parameters is too wide for one curve")]
+    TooWide,
+    /// A law by data over a box.
+    #[error("boxes of parameters are proved of laws that are formulas")]
+    NoFormula,
+    /// Not legal, or below the normal numbers.
+    #[error("at these parameters there is no friction law, or its coefficients are below the normal numbers")]
+    NoLaw,
     /// Pieces or cells.
     #[error("the curve takes too many pieces or cells")]
     TooMuchWork,
@@ -72,42 +80,34 @@ pub struct Proof {
 }
 
 impl Proof {
-    /// The damping C of the best curve of a kind.
-    fn viscous(&self, kind: Kind) -> Option<f64> {
-        self.curves.iter().find(|curve| curve.kind == kind).map(|curve| curve.viscous)
+    /// The damping of the best curve of a kind.
+    fn damping(&self, kind: Kind) -> Option<f64> {
+        self.curves.iter().find(|curve| curve.kind == kind).map(|curve| curve.c)
     }
 
-    /// The enclosure of C* = eps c*; an end is infinite where no curve proves it.
+    /// The enclosure of c*; an end is infinite where no curve proves it.
     #[must_use]
     pub fn critical(&self) -> Range {
         Range {
-            lo: self.viscous(Kind::Returns).unwrap_or(f64::NEG_INFINITY),
-            hi: self.viscous(Kind::Absent).unwrap_or(f64::INFINITY),
+            lo: self.damping(Kind::Returns).unwrap_or(f64::NEG_INFINITY),
+            hi: self.damping(Kind::Absent).unwrap_or(f64::INFINITY),
         }
     }
 
     /// The claim that follows.
     #[must_use]
-    pub fn claim(&self, column: &Column) -> Claim {
-        claim(column, &self.curves)
+    pub fn claim(&self) -> Claim {
+        claim(&self.curves)
     }
 }
 
 /// The claim that curves prove of a column, if each of them proves what it claims.
-pub(crate) fn claim(column: &Column, curves: &[OneWay]) -> Claim {
-    let epsilon = Interval::of(column.epsilon);
-    let at = |kind: Kind| {
-        curves
-            .iter()
-            .filter(move |curve| curve.kind == kind)
-            .map(|curve| Interval::of(curve.viscous).over(epsilon))
-    };
+pub(crate) fn claim(curves: &[OneWay]) -> Claim {
+    let at = |kind: Kind| curves.iter().filter(move |curve| curve.kind == kind).map(|curve| curve.c);
     Claim {
-        sticks_from: at(Kind::Lands)
-            .map(|c| if c.hi > 0.0 { c.hi } else { 0.0 })
-            .fold(f64::INFINITY, f64::min),
-        present_below: at(Kind::Returns).map(|c| c.lo).fold(f64::NEG_INFINITY, f64::max),
-        absent_above: at(Kind::Absent).map(|c| c.hi).fold(f64::INFINITY, f64::min),
+        sticks_from: at(Kind::Lands).map(|c| c.max(0.0)).fold(f64::INFINITY, f64::min),
+        present_below: at(Kind::Returns).fold(f64::NEG_INFINITY, f64::max),
+        absent_above: at(Kind::Absent).fold(f64::INFINITY, f64::min),
     }
 }
 
@@ -129,34 +129,34 @@ impl Proof {
     /// Adds a curve, if it is a proof: the finder has asked the checker for the sign of S on each of its
     /// pieces already.
     fn add(&mut self, finder: &Finder, curve: OneWay) -> Result<(), Stop> {
-        curve.lies_well(&finder.field().at(curve.viscous)).map_err(Stop::Refused)?;
+        curve.lies_well_in(finder.field()).map_err(Stop::Refused)?;
         self.curves.push(curve);
         Ok(())
     }
 
     fn complete(&mut self, column: &Column) -> Result<(), Stop> {
         let finder = Finder::new(column);
-        let critical = finder.critical(search(column, &finder)?)?;
-        let size = critical.abs().max(LEAST_SIZE);
+        let critical = critical(column, &finder)?;
         let kinds = if critical > 0.0 { &[Kind::Absent, Kind::Returns][..] } else { &[Kind::Absent] };
         let mut stop = None;
         for kind in kinds {
-            stop = stop.or(self.close(&finder, *kind, critical, size).err());
+            stop = stop.or(self.close(&finder, *kind, column, critical).err());
         }
-        if self.viscous(Kind::Returns).is_some() {
+        if self.damping(Kind::Returns).is_some() {
             self.land(&finder, critical)?;
         }
         stop.map_or(Ok(()), Err)
     }
 
-    /// The curve of a kind next to C*, as near as it can be found.
-    fn close(&mut self, finder: &Finder, kind: Kind, critical: f64, size: f64) -> Result<(), Stop> {
+    /// The curve of a kind next to c*, as near as it can be found.
+    fn close(&mut self, finder: &Finder, kind: Kind, column: &Column, critical: f64) -> Result<(), Stop> {
+        let size = critical.abs().max(LEAST_SIZE / column.epsilon);
         let mut stop = Stop::NotClosed;
         for margin in MARGINS {
             let off = if kind == Kind::Returns { -margin * size } else { margin * size };
-            let viscous = critical + off;
-            let found = finder.closed(kind, viscous, 0.5 * (viscous - critical).abs());
-            match found.and_then(|curve| self.add(finder, curve)) {
+            let damping = critical + off;
+            let found = finder.closed(kind, damping, 0.5 * column.epsilon * (damping - critical).abs());
+            match found.and_then(|found| self.add(finder, found.curve)) {
                 Ok(()) => return Ok(()),
                 Err(why) => stop = why,
             }
@@ -169,25 +169,30 @@ impl Proof {
         let mut failed = None;
         let mut stop = Stop::NotClosed;
         let tried = LANDINGS.map(|share| share * critical);
-        let found = tried.into_iter().find_map(|viscous| match finder.landing(viscous) {
-            Ok(curve) => Some(curve),
+        let found = tried.into_iter().find_map(|damping| match finder.landing(damping) {
+            Ok(found) => Some(found.curve),
             Err(why) => {
-                (failed, stop) = (Some(viscous), why);
+                (failed, stop) = (Some(damping), why);
                 None
             }
         });
         let mut best = found.ok_or(stop)?;
         if let Some(mut failed) = failed {
             for _ in 0..HALVINGS {
-                let middle = 0.5 * (failed + best.viscous);
+                let middle = 0.5 * (failed + best.c);
                 match finder.landing(middle) {
-                    Ok(curve) => best = curve,
+                    Ok(found) => best = found.curve,
                     Err(_) => failed = middle,
                 }
             }
         }
         self.add(finder, best)
     }
+}
+
+/// c*, approximately.
+pub(super) fn critical(column: &Column, finder: &Finder) -> Result<f64, Stop> {
+    finder.critical(search(column, finder)?.map(|viscous| viscous / column.epsilon))
 }
 
 /// Dampings between which C* is sought: bounds by the even part of w, and with a drop, D <= -2 at all slip
@@ -238,7 +243,7 @@ mod tests {
             let found = proof.critical();
             assert_eq!(proof.stop, None);
             assert!(proof.curves.iter().all(|curve| curve.check(column).is_ok()), "{found:?}");
-            assert_eq!(proof.claim(column).sticks_from, 0.0);
+            assert_eq!(proof.claim().sticks_from, 0.0);
             assert!(found.hi - found.lo <= 3.0 * MARGINS[0] * found.hi, "{found:?}");
             assert!(critical.is_none_or(|known| (found.lo - known).abs() < 1e-6), "{found:?}");
         }
@@ -274,13 +279,28 @@ mod tests {
         assert!(proof.stop.is_none() && found.hi - found.lo < 1e-3 * found.hi, "{proof:?}");
     }
 
+    /// c* <= c_HB is not a theorem: at k = 56 the orbit returns at c_HB.
+    #[test]
+    fn harmonic_balance_is_exceeded_at_large_k() {
+        let balance_less = |epsilon, law: [f64; 3], belt_speed| {
+            let column = Law::Stribeck.column(&Law::Stribeck.point(epsilon, &law, belt_speed, 0.0).unwrap());
+            let balance = crate::harmonic_balance::TEST.claim(&column).present_below;
+            let proved = prove(&column).critical();
+            [balance - proved.lo, balance - proved.hi]
+        };
+        assert!(balance_less(0.79377, [0.32659, 0.0, 9.5262], 7.4949)[0] < 0.0);
+        for k in [0.1, 0.3, 0.9] {
+            assert!(balance_less(k, [0.2, 0.1, 1.0], 1.0)[1] > 0.0, "{k}");
+        }
+    }
+
     /// Where no damping is small enough, one curve proves absence at all.
     #[test]
     fn rising_friction_has_no_cycle() {
         let column = brake(&Law::Expression(Expression::new("1 + 0.1*u", 1.0).unwrap()), &[], 0.5);
         let proof = prove(&column);
         assert_eq!((proof.stop, proof.curves.len()), (None, 1));
-        let claim = proof.claim(&column);
+        let claim = proof.claim();
         assert!(claim.absent_above < 0.0 && claim.present_below == f64::NEG_INFINITY, "{claim:?}");
     }
 
@@ -306,8 +326,8 @@ mod tests {
             let mut forged = vec![
                 changed(&reversed),
                 changed(&|it| it.pieces = std::iter::empty().collect()),
-                changed(&|it| it.viscous = f64::NAN),
-                changed(&|it| it.viscous = 5.0 * it.kind.sign()),
+                changed(&|it| it.c = f64::NAN),
+                changed(&|it| it.c = 5.0 * it.kind.sign()),
             ];
             for kind in
                 [Kind::Returns, Kind::Absent, Kind::Lands].into_iter().filter(|kind| *kind != curve.kind)
@@ -316,7 +336,7 @@ mod tests {
             }
             if curve.kind != Kind::Lands {
                 let across = if curve.kind == Kind::Returns { 1.002 } else { 0.998 };
-                forged.push(changed(&|it| it.viscous *= across));
+                forged.push(changed(&|it| it.c *= across));
             }
             for i in 0..curve.pieces.len() {
                 forged.push(changed(&|it| drop(it.pieces.remove(i))));

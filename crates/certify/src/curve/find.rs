@@ -14,6 +14,7 @@ use super::{Kind, MOST_DEGREE, MOST_PIECES, OneWay};
 use slipmap_model::friction::Column;
 use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::chebyshev::node;
+use slipmap_numbers::interval::Interval;
 use slipmap_numbers::roots::{Bracket, falling_root};
 
 const COUNT: usize = MOST_DEGREE + 1;
@@ -85,13 +86,16 @@ struct Half<'a> {
     sign: f64,
 }
 
+/// The control points of a piece.
+type Points = Vec<[f64; 2]>;
+
 /// The state and the time at which the flow leaves its section, if it does.
 type Leaves = Option<(State, f64)>;
 
 /// A piece as it may become one of the curve: control points in the order of the curve, the time and the
 /// state at its end.
 struct Trial {
-    points: Vec<[f64; 2]>,
+    points: Points,
     time: f64,
     state: State,
 }
@@ -114,12 +118,7 @@ impl Half<'_> {
             states = Self::states(&flow, from, self.sign, after)?.0;
             states[COUNT - 1] = corner;
         }
-        let sum = |row: &[f64; COUNT], axis: usize| row.iter().zip(&states).map(|(w, x)| w * x[axis]).sum();
-        let mut points: Vec<[f64; 2]> = WEIGHTS.iter().map(|row| [sum(row, 0), sum(row, 1)]).collect();
-        (points[0], points[COUNT - 1]) = (from, states[COUNT - 1]);
-        if self.sign < 0.0 {
-            points.reverse();
-        }
+        let points = self.through(&states);
         let is_known = points.iter().all(|point| (0.0..=self.flow.field.law.reach()).contains(&point[0]));
         let lies_well =
             is_known && self.flow.field.place(&points).is_some() && Self::seems_one_way(&flow, &points);
@@ -159,10 +158,10 @@ impl Half<'_> {
         })
     }
 
-    /// The pieces of the half, in the order in which they are found.
-    fn pieces(&self, budget: &mut Budget) -> Result<Vec<Vec<[f64; 2]>>, Stop> {
+    /// The pieces of the half, in the order in which they are found, and the shares of its time at which they end.
+    fn pieces(&self, budget: &mut Budget) -> Result<(Vec<Points>, Vec<f64>), Stop> {
         let (mut state, mut time, mut h) = (self.from, 0.0, FIRST * self.time);
-        let mut found = Vec::new();
+        let (mut found, mut shares) = (Vec::new(), Vec::new());
         while time < self.time {
             let (mut trial, mut trials) = (self.trial(state, time, h), 0);
             while trial.is_none() && trials < MOST_TRIALS {
@@ -193,11 +192,38 @@ impl Half<'_> {
             }
             (state, time) = (best.state, best.time);
             found.push(best.points);
+            shares.push(time / self.time);
             if found.len() > MOST_PIECES / 2 {
                 return Err(Stop::TooMuchWork);
             }
         }
-        Ok(found)
+        Ok((found, shares))
+    }
+
+    /// The pieces that end at these shares of its time, in the order of [`Half::pieces`].
+    fn divided(&self, shares: &[f64]) -> Option<Vec<Points>> {
+        let (mut from, mut time, mut found) = (self.from, 0.0, Vec::new());
+        for (i, share) in shares.iter().enumerate() {
+            let flow = self.flow.near(from, self.sign);
+            let (mut states, _) = Self::states(&flow, from, self.sign, share * self.time - time)?;
+            if i + 1 == shares.len() {
+                states[COUNT - 1] = self.to;
+            }
+            (from, time) = (states[COUNT - 1], share * self.time);
+            found.push(self.through(&states));
+        }
+        Some(found)
+    }
+
+    /// The control points of the piece through states at the nodes, in the order of the curve.
+    fn through(&self, states: &[State; COUNT]) -> Points {
+        let sum = |row: &[f64; COUNT], axis: usize| row.iter().zip(states).map(|(w, x)| w * x[axis]).sum();
+        let mut points: Points = WEIGHTS.iter().map(|row| [sum(row, 0), sum(row, 1)]).collect();
+        (points[0], points[COUNT - 1]) = (states[0], states[COUNT - 1]);
+        if self.sign < 0.0 {
+            points.reverse();
+        }
+        points
     }
 }
 
@@ -214,11 +240,20 @@ pub(super) struct Finder {
 
 impl Finder {
     pub(super) fn new(column: &Column) -> Self {
-        Self { field: Field::new(column, 0.0) }
+        Self { field: Field::new(column) }
     }
 
     pub(super) fn field(&self) -> &Field {
         &self.field
+    }
+
+    /// Has curves start farther from the drop, on their side.
+    pub(super) fn widen_drop(&mut self, slack: f64) {
+        let drop = self.field.drop;
+        if drop.hi > 0.0 {
+            let slack = slack + 1e-6 * drop.hi;
+            self.field.drop = (drop + Interval::new(-slack, slack)).at_least_zero();
+        }
     }
 
     /// First and last state of a curve that closes.
@@ -247,10 +282,10 @@ impl Finder {
         (one - two, halves)
     }
 
-    /// C* = eps c*, approximately, between two dampings.
+    /// c*, approximately, between two dampings.
     pub(super) fn critical(&self, [lo, hi]: [f64; 2]) -> Result<f64, Stop> {
-        let at = |viscous: f64| {
-            let field = self.field.at(viscous);
+        let at = |damping: f64| {
+            let field = self.field.at(damping);
             let flow = Turned::new(&field, 0.0);
             Self::mismatch(&flow, [[0.0, -field.drop.hi], [0.0, 0.0]]).0
         };
@@ -266,14 +301,12 @@ impl Finder {
         Ok(found?.0)
     }
 
-    /// A curve that closes, at C; `guess` is a guess of kappa.
-    pub(super) fn closed(&self, kind: Kind, viscous: f64, guess: f64) -> Result<OneWay, Stop> {
-        let field = self.field.at(viscous);
+    /// kappa, with its sign, with which a curve closes in a field; `guess` is a guess of its size.
+    fn closes(field: &Field, kind: Kind, guess: f64) -> Result<f64, Stop> {
         let sign = -kind.sign();
-        let flow = |log: f64| Turned::new(&field, sign * log.exp());
         // Positive for small kappa: turning moves an outward curve inwards, and an inward one outwards.
         let at = |log: f64| {
-            let flow = flow(log);
+            let flow = Turned::new(field, sign * log.exp());
             -sign * Self::mismatch(&flow, Self::ends(&flow, kind)).0
         };
         let mut log = guess.max(f64::MIN_POSITIVE).ln();
@@ -295,52 +328,99 @@ impl Finder {
         }
         let bracket = bracket.filter(|it| it.high.1 < 0.0).ok_or(Stop::NotClosed)?;
         let found: Result<_, Stop> = falling_root(bracket, 1e-13, |log| Ok(at(log)));
-        let flow = flow(found?.0);
-        let [start, end] = Self::ends(&flow, kind);
-        let (_, halves) = Self::mismatch(&flow, [start, end]);
-        let [End::At { state: one, time: down }, End::At { state: two, time: up }] = halves else {
-            return Err(Stop::NotClosed);
-        };
-        let middle = [0.5 * (one[0] + two[0]), 0.0];
-        let mut budget = Budget::of_a_curve();
-        let first = Half { flow, from: start, to: middle, time: down, sign: 1.0 }.pieces(&mut budget)?;
-        let last = Half { flow, from: end, to: middle, time: up, sign: -1.0 }.pieces(&mut budget)?;
-        let pieces = first.into_iter().chain(last.into_iter().rev());
-        Ok(OneWay { kind, viscous, pieces: pieces.map(|piece| piece.into_iter().collect()).collect() })
+        Ok(sign * found?.0.exp())
     }
 
-    /// A curve that lands on the stick segment, at C.
-    pub(super) fn landing(&self, viscous: f64) -> Result<OneWay, Stop> {
-        let field = self.field.at(viscous);
-        let most = 2.0 - field.drop.hi;
+    /// A curve that closes, at c; `guess` is a guess of kappa.
+    pub(super) fn closed(&self, kind: Kind, damping: f64, guess: f64) -> Result<Found, Stop> {
+        let field = self.field.at(damping);
+        let flow = Turned::new(&field, Self::closes(&field, kind, guess)?);
+        let halves = Self::closing(&flow, kind).ok_or(Stop::NotClosed)?;
+        Found::of(kind, &flow, &halves, &mut Budget::of_a_curve())
+    }
+
+    /// The halves of a curve that nearly closes.
+    fn closing<'a>(flow: &Turned<'a>, kind: Kind) -> Option<Vec<Half<'a>>> {
+        let [start, end] = Self::ends(flow, kind);
+        let (_, halves) = Self::mismatch(flow, [start, end]);
+        let [End::At { state: one, time: down }, End::At { state: two, time: up }] = halves else {
+            return None;
+        };
+        let middle = [0.5 * (one[0] + two[0]), 0.0];
+        let half = |from, time, sign| Half { flow: *flow, from, to: middle, time, sign };
+        Some(vec![half(start, down, 1.0), half(end, up, -1.0)])
+    }
+
+    /// The way to the stick segment.
+    fn way<'a>(flow: &Turned<'a>) -> Result<Vec<Half<'a>>, Stop> {
+        let Field { drop, law, damping, .. } = flow.field;
+        let [start, _] = Self::ends(flow, Kind::Lands);
+        match flow.follow(start, 1.0, Until::Lands) {
+            End::At { state, time } if state[1] < 2.0 - drop.hi => {
+                Ok(vec![Half { flow: *flow, from: start, to: state, time, sign: 1.0 }])
+            }
+            End::At { .. } => Err(Stop::LandsBeyond { damping: *damping }),
+            End::Beyond => Err(Stop::BeyondTheLaw { known: law.reach() }),
+            End::Creeps => Err(Stop::NotClosed),
+        }
+    }
+
+    /// A curve that lands on the stick segment, at c.
+    pub(super) fn landing(&self, damping: f64) -> Result<Found, Stop> {
+        let field = self.field.at(damping);
         let mut stop = Stop::NotClosed;
         for kappa in LANDING {
             let flow = Turned::new(&field, kappa);
-            let [start, _] = Self::ends(&flow, Kind::Lands);
-            let (to, time) = match flow.follow(start, 1.0, Until::Lands) {
-                End::At { state, time } if state[1] < most => (state, time),
-                End::At { .. } => {
-                    stop = Stop::LandsBeyond { viscous };
-                    continue;
-                }
-                End::Beyond => {
-                    stop = Stop::BeyondTheLaw { known: field.law.reach() };
-                    continue;
-                }
-                End::Creeps => {
-                    stop = Stop::NotClosed;
-                    continue;
-                }
-            };
-            let half = Half { flow, from: start, to, time, sign: 1.0 };
-            match half.pieces(&mut Budget::of_a_curve()) {
-                Ok(pieces) => {
-                    let pieces = pieces.into_iter().map(|piece| piece.into_iter().collect()).collect();
-                    return Ok(OneWay { kind: Kind::Lands, viscous, pieces });
-                }
+            let found = Self::way(&flow)
+                .and_then(|halves| Found::of(Kind::Lands, &flow, &halves, &mut Budget::of_a_curve()));
+            match found {
+                Ok(found) => return Ok(found),
                 Err(why) => stop = why,
             }
         }
         Err(stop)
+    }
+
+    /// The control points of a curve found elsewhere, divided at the same shares of time, here and at c.
+    pub(super) fn again(&self, found: &Found, damping: f64) -> Option<Vec<Points>> {
+        let (field, kind) = (self.field.at(damping), found.curve.kind);
+        let kappa = match kind {
+            Kind::Lands => found.kappa,
+            _ => Self::closes(&field, kind, found.kappa.abs()).ok()?,
+        };
+        let flow = Turned::new(&field, kappa);
+        let halves = match kind {
+            Kind::Lands => Self::way(&flow).ok()?,
+            _ => Self::closing(&flow, kind)?,
+        };
+        let pieces = halves.iter().zip(&found.shares).map(|(half, shares)| half.divided(shares));
+        pieces.collect::<Option<Vec<_>>>().map(in_order)
+    }
+}
+
+/// The pieces of the halves, in the order of the curve.
+fn in_order(mut halves: Vec<Vec<Points>>) -> Vec<Points> {
+    if let Some(last) = halves.get_mut(1) {
+        last.reverse();
+    }
+    halves.into_iter().flatten().collect()
+}
+
+/// A curve, and what it was made of.
+pub(super) struct Found {
+    pub(super) curve: OneWay,
+    kappa: f64,
+    /// The shares of the time of each half at which pieces end.
+    shares: Vec<Vec<f64>>,
+}
+
+impl Found {
+    fn of(kind: Kind, flow: &Turned, halves: &[Half], budget: &mut Budget) -> Result<Self, Stop> {
+        let found = halves.iter().map(|half| half.pieces(budget)).collect::<Result<Vec<_>, Stop>>()?;
+        let (pieces, shares) = found.into_iter().unzip();
+        let pieces = in_order(pieces).into_iter().map(|piece| piece.into_iter().collect()).collect();
+        let along = std::iter::empty().collect();
+        let curve = OneWay { kind, c: flow.field.damping, pieces, along };
+        Ok(Self { curve, kappa: flow.kappa, shares })
     }
 }

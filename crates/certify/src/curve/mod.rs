@@ -46,24 +46,31 @@
 //! the compiled one, with the proved error of each of its polynomials
 //! (`slipmap_model::friction::Weakening::proved_pieces`) and the roundings of its coefficients.
 
+mod boxes;
 mod check;
 mod column;
 mod find;
 mod follow;
+mod region;
 
 use serde::{Deserialize, Serialize};
 
 use super::certificate::list::List;
 use slipmap_model::friction::Column;
+use slipmap_model::point::MAX_LAW_PARAMETERS;
 
+pub use boxes::{BoxProof, Shares};
 pub use check::Fault;
 pub(crate) use column::claim;
 pub use column::{Proof, Stop, prove};
+pub(crate) use region::Region;
 
 /// Largest degree of a piece.
 pub const MOST_DEGREE: usize = 9;
 /// Largest number of pieces of a curve.
 pub const MOST_PIECES: usize = 1000;
+/// Largest number of axes of a box: eps, the law's parameters, V.
+pub const MOST_AXES: usize = MAX_LAW_PARAMETERS + 2;
 /// Slip speeds up to which a law is asked for a belt speed V: an orbit that lands slowly enough swings no
 /// farther than sqrt(4 + V^2), unless damping slows it; curves reach a little farther.
 fn reach(column: &Column) -> f64 {
@@ -99,8 +106,25 @@ pub type Piece = List<[f64; 2], { MOST_DEGREE + 1 }>;
 pub struct OneWay {
     /// What it proves.
     pub kind: Kind,
-    /// C = eps c.
-    pub viscous: f64,
-    /// Its pieces, clockwise.
+    /// The damping; over a box, that in its middle.
+    pub c: f64,
+    /// Its pieces, clockwise; over a box, those in its middle.
     pub pieces: List<Piece, MOST_PIECES>,
+    /// What is added times z, which runs from -1 to 1 along each axis on which the box is wide.
+    #[serde(default, skip_serializing_if = "is_empty")]
+    pub along: List<Along, MOST_AXES>,
+}
+
+/// How a curve changes along an axis of a box.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Along {
+    /// Its damping.
+    pub c: f64,
+    /// Its control points.
+    pub pieces: List<Piece, MOST_PIECES>,
+}
+
+fn is_empty(list: &List<Along, MOST_AXES>) -> bool {
+    list.is_empty()
 }

@@ -69,7 +69,7 @@ impl Answer {
         let critical = slipmap_column::critical_damping(&column, tolerance);
         let methods = methods
             .map(|method| match method {
-                Method::Test(test) => of_test(method, &test.claim(&column), &column, point.damping),
+                Method::Test(test) => of_test(test, &column, point.damping),
                 Method::Simulation => of_simulation(law, point, &flow, &critical),
                 Method::Direct => of_direct(law, point, slipmap_witness::flow(&oscillator, tolerance).fate),
                 Method::Naive(naive, knobs) => {
@@ -414,12 +414,7 @@ mod tests {
         {
             let point = law.point(1.0, &[], 1.0, 0.1).unwrap();
             let column = law.column(&point);
-            let answer = of_test(
-                Method::by_name("harmonic_balance").unwrap(),
-                &slipmap_certify::harmonic_balance::TEST.claim(&column),
-                &column,
-                0.1,
-            );
+            let answer = of_test(&slipmap_certify::harmonic_balance::TEST, &column, 0.1);
             assert_eq!((answer.verdict, answer.critical_c), (Verdict::Undecided, None));
             assert!(answer.reason.as_deref().unwrap().contains(said), "{:?}", answer.reason);
         }

@@ -65,11 +65,11 @@ impl Outcome {
             add(&format!("{stage}_seconds"), seconds.into());
         }
         if let Some(proved) = &summary.proved {
-            let volumes = &proved.volumes;
-            add("proved_present", volumes.present.into());
-            add("proved_absent", volumes.absent.into());
-            add("proved_undecided_at_most", volumes.undecided.into());
-            add("proved_boxes", integer(volumes.tiles));
+            let shares = proved.proof.shares();
+            add("proved_present", shares.present.into());
+            add("proved_absent", shares.absent.into());
+            add("proved_undecided_at_most", shares.undecided().into());
+            add("proved_boxes", integer(proved.proof.tried));
             add("proved_seconds", proved.seconds.into());
         }
         Self { attributes, curves: summary.curves.clone(), auxiliary: auxiliary::fixed(&plan.grid) }

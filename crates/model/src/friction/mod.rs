@@ -31,7 +31,7 @@ pub use domain::PointError;
 pub use exponential::{Exponential, ExponentialFall};
 pub use expression::ExpressionCurve;
 pub use expression::{Expression, ExpressionError, Op};
-pub use family::Slope;
+pub use family::{Series, Slope, TERMS};
 pub use function::{Function, FunctionError};
 pub use lorentzian::Lorentzian;
 pub use slipmap_numbers::Range;

@@ -589,21 +589,6 @@ impl Table {
         })
     }
 
-    /// Enclosures of -phi' and of its derivative, on both sides of corners, at the slip speeds `u` >= 0;
-    /// `None` beyond the data.
-    pub(super) fn rates(&self, u: Interval) -> Option<[Interval; 2]> {
-        let of_piece = |Parabola { ends: [from, to], coefficients: [c0, c1, c2] }: Parabola| {
-            let part = Interval::new(u.lo.max(from), u.hi.min(to));
-            let t = part - Interval::of(from);
-            [c0 + t * (c1 + t * c2), c1 + (t + t) * c2]
-        };
-        let met = self.parabolas().skip(self.piece_at(u.lo)).take_while(|piece| piece.ends[0] <= u.hi);
-        let hull = |[value, slope]: [Interval; 2], [other, rate]: [Interval; 2]| {
-            [value.hull(other), slope.hull(rate)]
-        };
-        if u.hi <= self.fastest() { met.map(of_piece).reduce(hull) } else { None }
-    }
-
     /// Bounds of phi on [lo, hi]. The cubics are monotone between the data.
     pub(super) fn friction_range(&self, lo: f64, hi: f64) -> Range {
         let Cubics { u, phi, .. } = &*self.0;

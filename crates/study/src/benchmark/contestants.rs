@@ -1,6 +1,6 @@
 //! The methods and engines that are compared, each at several settings of its main parameter.
 
-use slipmap_certify::{TESTS, Test, validated::Enclosed};
+use slipmap_certify::{TESTS, Test, curve};
 use slipmap_column::Verdict;
 use slipmap_column::critical::critical_dampings;
 use slipmap_model::filippov::Oscillator;
@@ -89,13 +89,15 @@ pub(super) fn closed_form(test: &Test, cell: &Cell) -> Answer {
 
 /// The middle of the proved enclosure.
 fn validated(cell: &Cell, _: f64) -> Answer {
-    let enclosed = Enclosed::of(&cell.column).map(|enclosed| enclosed.critical());
-    let known = enclosed.filter(|range| range.lo.is_finite() && range.hi.is_finite());
-    let half = |of: f64| 0.5 * of / cell.column.epsilon;
-    compare(cell.point.damping, known.map(|range| (half(range.lo + range.hi), half(range.hi - range.lo))))
+    let range = curve::prove(&cell.column).critical();
+    let is_known = range.lo.is_finite() && range.hi.is_finite();
+    compare(
+        cell.point.damping,
+        is_known.then_some((0.5 * (range.lo + range.hi), 0.5 * (range.hi - range.lo))),
+    )
 }
 
-fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
+fn critical_damping(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
     let columns: Vec<Column> = cells.iter().map(|cell| cell.column.clone()).collect();
     let roots = critical_dampings(&columns, tolerance).into_iter().zip(cells);
     roots
@@ -109,7 +111,8 @@ fn direct(cell: &Cell, tolerance: f64) -> Answer {
     Answer { verdict: Verdict::from(&flow.fate), margin, critical: None }
 }
 
-fn auto(cell: &Cell, tolerance: f64) -> Answer {
+/// As a map of one cell decides it.
+fn simulation(cell: &Cell, tolerance: f64) -> Answer {
     let columns = std::slice::from_ref(&cell.column);
     let verdicts = slipmap_map::decide(columns, &[cell.point.damping], tolerance);
     Answer { verdict: verdicts[0], margin: None, critical: None }
@@ -117,7 +120,7 @@ fn auto(cell: &Cell, tolerance: f64) -> Answer {
 
 /// All contestants, each method with its settings from coarse to fine.
 ///
-/// The parameters: `tolerance` for engines (the requested error of the margin; for `critical_surface`
+/// The parameters: `tolerance` for engines (the requested error of the margin; for `critical_damping`
 /// relative to the divergence) and for `event_step` (the error per step), `smoothing_width` for `smoothed`,
 /// `stick_band_width` for `stick_band`, `step` for `fixed_step`. All other parameters of the naive methods
 /// have their default values.
@@ -131,8 +134,8 @@ pub fn contestants() -> Vec<Contestant> {
     let mut all: Vec<Contestant> = TESTS.iter().map(test).collect();
     all.push(fixed("validated", Kind::Engine, Solver::Each(validated), Output::CriticalDampings));
     let engines = [
-        ("critical_surface", Solver::Batch(critical_surface), Output::CriticalDampings),
-        ("auto", Solver::Each(auto), Output::Nothing),
+        ("critical_damping", Solver::Batch(critical_damping), Output::CriticalDampings),
+        ("simulation", Solver::Each(simulation), Output::Nothing),
         ("direct", Solver::Each(direct), Output::Margins),
     ];
     for (name, solver, output) in engines {

@@ -1,0 +1,420 @@
+//! Boxes of eps, a law's parameters and the belt speed, proved by curves that change linearly over each of its parts.
+//!
+//! In a part the damping of a curve is c(z), linear in the part's coordinates z: the cycle is present where c is above that of
+//! the curve that lands and at most that of the one that returns, absent where c is at least that of the curve that is
+//! absent. [`Shares`] bounds the volumes of these sets.
+
+use rayon::prelude::*;
+
+use super::column::{Stop, critical, prove};
+use super::find::{Finder, Found};
+use super::region::Region;
+use super::{Along, Kind, OneWay};
+use crate::certificate::{MOST_CUTS, Node};
+use slipmap_model::friction::Law;
+use slipmap_numbers::interval::Interval;
+
+/// Distance of the first curves from the linear part of c*, in units of how far c* bends away from it, and least distance in
+/// units of c*.
+const FIRST: f64 = 4.0;
+const LEAST: f64 = 1e-4;
+/// Distances of the next ones, in units of what the first one lacks.
+const NEXT: [f64; 3] = [1.5, 2.0, 3.0];
+/// Largest distance, in units of the range of dampings: beyond it little is decided.
+const MOST: f64 = 0.5;
+/// Shares of c* at which a landing is tried, after the smallest damping.
+const LANDINGS: [f64; 4] = [0.25, 0.5, 0.75, 0.9];
+
+/// Proved shares of a volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shares {
+    /// Lower bound of the share proved present.
+    pub present: f64,
+    /// Lower bound of the share proved absent.
+    pub absent: f64,
+}
+
+impl Shares {
+    /// The share of which nothing is proved, at most.
+    #[must_use]
+    pub fn undecided(&self) -> f64 {
+        let rest = Interval::ONE - Interval::of(self.present) - Interval::of(self.absent);
+        rest.hi.clamp(0.0, 1.0)
+    }
+
+    /// Those of a part of a box that curves prove, at dampings in a range, in units of the part's volume.
+    ///
+    /// **Proof.** With f(z) linear, the mean of min(max(f, lo), hi) is at least max(lo, f(0) - (max f - hi)_+), since the mean
+    /// of f is f(0) and clamping takes away no more than max f - hi. []
+    pub(crate) fn of(curves: &[OneWay], [lo, hi]: [f64; 2]) -> Self {
+        let bounds = |curve: &OneWay| {
+            let sizes = curve.along.iter().map(|along| Interval::of(along.c.abs()));
+            let spread = sizes.fold(Interval::ZERO, |sum, size| sum + size);
+            (Interval::of(curve.c) - spread).hull(Interval::of(curve.c) + spread)
+        };
+        let at = |kind: Kind| curves.iter().filter(move |curve| curve.kind == kind);
+        let from = at(Kind::Lands).map(|curve| bounds(curve).hi).fold(f64::INFINITY, f64::min).max(lo);
+        let share = |of: Interval| of.over(Interval::of(hi) - Interval::of(lo)).lo.clamp(0.0, 1.0);
+        let present = |curve: &OneWay| {
+            if lo == hi {
+                return f64::from(u8::from(from <= lo && lo <= bounds(curve).lo));
+            }
+            let cut = (Interval::of(bounds(curve).hi) - Interval::of(hi)).at_least_zero();
+            let top = (Interval::of(curve.c) - cut).lo.max(bounds(curve).lo.min(hi));
+            share(Interval::of(top) - Interval::of(from))
+        };
+        let absent = |curve: &OneWay| {
+            if lo == hi {
+                return f64::from(u8::from(bounds(curve).hi <= lo));
+            }
+            let cut = (Interval::of(lo) - Interval::of(bounds(curve).lo)).at_least_zero();
+            let bottom = (Interval::of(curve.c) + cut).hi.min(bounds(curve).hi.max(lo));
+            share(Interval::of(hi) - Interval::of(bottom))
+        };
+        Self {
+            present: at(Kind::Returns).map(present).fold(0.0, f64::max),
+            absent: at(Kind::Absent).map(absent).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// A box, and the proofs over its parts so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoxProof {
+    pub(crate) law: Law,
+    /// Ranges of eps, of the law's parameters and of V.
+    pub(crate) ranges: Vec<[f64; 2]>,
+    pub(crate) damping: [f64; 2],
+    parts: Vec<Part>,
+    /// Number of parts of which a proof was tried.
+    pub tried: usize,
+}
+
+/// A part of a box.
+#[derive(Clone, Debug, PartialEq)]
+struct Part {
+    ranges: Vec<[f64; 2]>,
+    /// The cuts that lead to it: axis, place, and whether it is on the upper side.
+    cuts: Vec<(usize, f64, bool)>,
+    /// Its share of the volume.
+    share: f64,
+    curves: Vec<OneWay>,
+    /// Its undecided share of the whole volume.
+    undecided: f64,
+    /// The axis along which it is best cut.
+    cut: Option<usize>,
+    /// Why more is not proved.
+    stop: Option<Stop>,
+}
+
+impl BoxProof {
+    /// A box of these exact ranges of eps, the law's parameters and V, and of the damping, without any proof.
+    pub fn new(law: &Law, ranges: Vec<[f64; 2]>, damping: [f64; 2]) -> Self {
+        let mut proof = Self { law: law.clone(), ranges, damping, parts: Vec::new(), tried: 1 };
+        proof.parts = vec![proof.proved(proof.ranges.clone(), Vec::new(), 1.0)];
+        proof
+    }
+
+    /// Tries proofs of up to `boxes` parts in all, or until `go_on` returns false: in each round of a quarter of the
+    /// parts, those with the largest undecided shares. The result does not depend on the number of threads.
+    pub fn refine(&mut self, boxes: usize, go_on: &(dyn Fn() -> bool + Sync)) {
+        while self.tried + 2 <= boxes && go_on() {
+            self.parts.sort_by(|one, two| two.undecided.total_cmp(&one.undecided));
+            let most = ((boxes - self.tried) / 2).min(self.parts.len().div_ceil(4));
+            let is_open = |part: &&Part| part.undecided > 0.0 && part.halves().is_some();
+            let count = self.parts.iter().take(most).take_while(is_open).count();
+            if count == 0 {
+                return;
+            }
+            let heavy: Vec<Part> = self.parts.drain(..count).collect();
+            let halves: Vec<_> = heavy.iter().filter_map(Part::halves).flatten().collect();
+            self.tried += halves.len();
+            let proved = halves.into_par_iter().map(|(ranges, cuts, share)| self.proved(ranges, cuts, share));
+            let proved: Vec<Part> = proved.collect();
+            self.parts.extend(proved);
+        }
+    }
+
+    /// The shares proved so far.
+    #[must_use]
+    pub fn shares(&self) -> Shares {
+        self.node().shares(&self.ranges, &self.law, self.damping)
+    }
+
+    /// Why the largest undecided part is not decided.
+    #[must_use]
+    pub fn stop(&self) -> Option<Stop> {
+        let stopped = self.parts.iter().filter(|part| part.stop.is_some());
+        stopped.max_by(|one, two| one.undecided.total_cmp(&two.undecided))?.stop
+    }
+
+    /// The parts as a tree of cuts.
+    pub(crate) fn node(&self) -> Node {
+        fn node(parts: &[&Part], axes: &[&str], depth: usize) -> Node {
+            let Some(&(axis, at, _)) = parts.first().and_then(|part| part.cuts.get(depth)) else {
+                return Node::proved(parts.first().map_or(&[], |part| part.curves.as_slice()));
+            };
+            let (upper, lower): (Vec<&Part>, Vec<&Part>) = parts.iter().partition(|part| part.cuts[depth].2);
+            Node::cut(axes[axis], at, [node(&lower, axes, depth + 1), node(&upper, axes, depth + 1)])
+        }
+        node(&self.parts.iter().collect::<Vec<_>>(), &self.law.axis_names(), 0)
+    }
+
+    fn proved(&self, ranges: Vec<[f64; 2]>, cuts: Vec<(usize, f64, bool)>, share: f64) -> Part {
+        let width =
+            |axis: usize| (ranges[axis][1] - ranges[axis][0]) / (self.ranges[axis][1] - self.ranges[axis][0]);
+        let wide = (0..ranges.len()).filter(|&axis| ranges[axis][0] < ranges[axis][1]);
+        let cut = wide.max_by(|&one, &two| width(one).total_cmp(&width(two)));
+        let mut part = Part { ranges, cuts, share, curves: Vec::new(), undecided: share, cut, stop: None };
+        part.stop = part.prove(&self.law, self.damping).err();
+        part.undecided = share * Shares::of(&part.curves, self.damping).undecided();
+        part
+    }
+}
+
+type Half = (Vec<[f64; 2]>, Vec<(usize, f64, bool)>, f64);
+
+impl Part {
+    fn halves(&self) -> Option<[Half; 2]> {
+        let axis = self.cut?;
+        let [lo, hi] = self.ranges[axis];
+        let at = lo + 0.5 * (hi - lo);
+        let half = |range: [f64; 2], upper: bool| {
+            let (mut ranges, mut cuts) = (self.ranges.clone(), self.cuts.clone());
+            ranges[axis] = range;
+            cuts.push((axis, at, upper));
+            (ranges, cuts, 0.5 * self.share)
+        };
+        (lo < at && at < hi && self.cuts.len() < MOST_CUTS)
+            .then(|| [half([lo, at], false), half([at, hi], true)])
+    }
+
+    /// Finds and checks the curves of the part.
+    fn prove(&mut self, law: &Law, damping: [f64; 2]) -> Result<(), Stop> {
+        let region = Region::new(law, &self.ranges)?;
+        let axes = region.axes.len();
+        if axes == 0 {
+            let proof = prove(&law.column(&region.point(&[])));
+            self.curves = proof.curves;
+            return proof.stop.map_or(Ok(()), Err);
+        }
+        // The middle, and the two ends of each axis.
+        let at = |axis: usize, z: f64| -> Result<(Finder, f64), Stop> {
+            let mut place = vec![0.0; axes];
+            place.iter_mut().skip(axis).take(1).for_each(|it| *it = z);
+            let column = law.column(&region.point(&place));
+            let finder = Finder::new(&column);
+            let critical = critical(&column, &finder)?;
+            Ok((finder, critical))
+        };
+        let (mut finder, middle) = at(axes, 0.0)?;
+        let epsilon = region.point(&[]).epsilon;
+        let mut ends =
+            (0..axes).map(|axis| Ok([at(axis, -1.0)?, at(axis, 1.0)?])).collect::<Result<Vec<_>, Stop>>()?;
+        // A curve starts on its side of the drop over the whole box, on which that is not quite linear.
+        let [lo, hi] = self.ranges[self.ranges.len() - 1];
+        let bend = ((hi - lo) / (hi + lo)).powi(2);
+        let moves = |[low, high]: &[(Finder, f64); 2]| (high.0.field().drop.hi - low.0.field().drop.hi).abs();
+        let slack = 4.0 * (finder.field().drop.hi * bend + ends.iter().map(moves).sum::<f64>() * bend.sqrt());
+        for finder in ends.iter_mut().flatten().map(|end| &mut end.0).chain([&mut finder]) {
+            finder.widen_drop(slack);
+        }
+        let slopes: Vec<f64> = ends.iter().map(|[low, high]| 0.5 * (high.1 - low.1)).collect();
+        let bends: Vec<f64> = ends.iter().map(|[low, high]| 0.5 * (high.1 + low.1) - middle).collect();
+        let least = LEAST * middle.abs().max(damping[1] - damping[0]);
+        let size = bends.iter().map(|bend| bend.abs()).sum::<f64>() + least;
+        let spread = slopes.iter().map(|slope| slope.abs()).sum::<f64>() + size;
+        let whole = Whole { region: &region, finder: &finder, ends: &ends };
+        let (mut stop, mut lacks) = (None, vec![1.0; axes]);
+        for kind in [Kind::Returns, Kind::Absent] {
+            let is_of_use = match kind {
+                Kind::Returns => middle + spread > damping[0],
+                _ => middle - spread < damping[1],
+            };
+            if !is_of_use {
+                continue;
+            }
+            let side = -kind.sign();
+            let bent = bends.iter().map(|bend| (side * bend).max(0.0)).sum::<f64>();
+            let at = |off: f64| {
+                let found =
+                    finder.closed(kind, middle + side * (bent + off), 0.5 * epsilon * (bent + off))?;
+                whole.curve(found, &slopes)
+            };
+            let first_off = FIRST * size;
+            let first_curve = at(first_off);
+            let Some(lack) = first_curve.ok().and_then(|curve| region.lack(&curve)) else {
+                stop = Some(Stop::TooWide);
+                continue;
+            };
+            lacks = lack.axes;
+            // kappa, and so S(0), rises with the distance; what is beyond S(0) hardly does.
+            let off = |next: f64| (next * lack.ratio * (bent + first_off) - bent).max(least);
+            let few = NEXT
+                .into_iter()
+                .filter(|next| off(*next) < MOST * (damping[1] - damping[0]).max(middle.abs()));
+            match first(Stop::TooWide, few.map(|next| whole.proved(at(off(next))?))) {
+                Ok(curve) => self.curves.push(curve),
+                Err(why) => stop = Some(why),
+            }
+        }
+        let returns = self.curves.iter().find(|curve| curve.kind == Kind::Returns);
+        if let Some(most) = returns.map(|curve| curve.c) {
+            let tried = std::iter::once(damping[0]).chain(LANDINGS.map(|share| share * most));
+            let tried = tried.filter(|c| (damping[0]..most).contains(c));
+            let found = tried.map(|c| whole.proved(whole.curve(finder.landing(c)?, &vec![0.0; axes])?));
+            match first(Stop::NotClosed, found) {
+                Ok(curve) => self.curves.push(curve),
+                Err(why) => stop = Some(why),
+            }
+        }
+        let at = |kind: Kind| self.curves.iter().find(|curve| curve.kind == kind).map(|curve| curve.c);
+        let width = damping[1] - damping[0];
+        let gap = at(Kind::Absent).zip(at(Kind::Returns)).map_or(width, |(absent, returns)| absent - returns);
+        let over = (middle + spread - damping[1]).max(damping[0] - middle + spread).clamp(0.0, 2.0 * spread);
+        let over = if stop.is_none() { over } else { over.max(gap) };
+        let weight = |axis: usize| {
+            let share =
+                |of: &[f64]| of[axis].abs() / of.iter().map(|x| x.abs()).sum::<f64>().max(f64::MIN_POSITIVE);
+            gap * share(&lacks) + over * share(&slopes)
+        };
+        let cut = (0..axes).max_by(|&one, &two| weight(one).total_cmp(&weight(two)));
+        self.cut = cut.map(|axis| region.axes[axis]);
+        stop.map_or(Ok(()), Err)
+    }
+}
+
+/// A number with few digits: certificates are shorter, and derivatives need no more.
+fn short(x: f64) -> f64 {
+    format!("{x:.7e}").parse().unwrap_or(x)
+}
+
+/// The first that is found, or why the last one is not, or there is none.
+fn first<T>(mut stop: Stop, all: impl Iterator<Item = Result<T, Stop>>) -> Result<T, Stop> {
+    for found in all {
+        match found {
+            Ok(found) => return Ok(found),
+            Err(why) => stop = why,
+        }
+    }
+    Err(stop)
+}
+
+/// What curves over a part are made of: the finders in its middle and at both ends of each axis, with c* there.
+struct Whole<'a> {
+    region: &'a Region<'a>,
+    finder: &'a Finder,
+    ends: &'a [[(Finder, f64); 2]],
+}
+
+impl Whole<'_> {
+    /// The curve over the part that is a given one in its middle, with these slopes of its damping.
+    fn curve(&self, found: Found, slopes: &[f64]) -> Result<OneWay, Stop> {
+        let middle = &found.curve;
+        let along = self.ends.iter().zip(slopes).map(|([low, high], &slope)| {
+            // In units of the belt speed.
+            let units = [low, high].map(|(end, _)| self.finder.field().belt_speed / end.field().belt_speed);
+            let low = low.0.again(&found, middle.c - slope)?;
+            let high = high.0.again(&found, middle.c + slope)?;
+            let pieces = low.iter().zip(&high).map(|(low, high)| {
+                let half =
+                    |i: usize, axis: usize| short(0.5 * (units[1] * high[i][axis] - units[0] * low[i][axis]));
+                (0..low.len()).map(|i| [half(i, 0), half(i, 1)]).collect()
+            });
+            Some(Along { c: slope, pieces: pieces.collect() })
+        });
+        let along = along.collect::<Option<_>>().ok_or(Stop::NotClosed)?;
+        Ok(OneWay { along, ..middle.clone() })
+    }
+
+    /// A curve, if it is a proof.
+    fn proved(&self, curve: OneWay) -> Result<OneWay, Stop> {
+        self.region.check_with_room(&curve).map_err(Stop::Refused)?;
+        Ok(curve)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::curve::prove;
+    use slipmap_model::friction::Expression;
+    use slipmap_model::point::{LawParameters, Point};
+
+    fn proved(law: &Law, ranges: &[[f64; 2]], damping: [f64; 2], boxes: usize) -> BoxProof {
+        let mut proof = BoxProof::new(law, ranges.to_vec(), damping);
+        proof.refine(boxes, &|| true);
+        proof
+    }
+
+    /// With a constant weakening rate a the critical damping is a / eps, whatever V.
+    #[test]
+    fn volumes_of_known_sets() {
+        let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
+        let ranges = [[1.0, 1.0], [0.1, 0.3], [0.19, 0.21]];
+        for (law, ranges, damping, boxes, exact, most) in [
+            // The mean of a is 0.2, of c in [0, 0.4].
+            (formula("1 - a*u"), ranges, [0.0, 0.4], 4, 0.5, 0.05),
+            // Only above 0.2 is c cut off: the mean of the smaller of a and 0.2 is 0.175.
+            (formula("1 - a*u"), ranges, [0.1, 0.2], 8, 0.75, 0.03),
+            // a is above 0.15 in three quarters.
+            (formula("1 - a*u"), ranges, [0.15, 0.15], 16, 0.75, 0.2),
+            // A law that contains eps: c* = a, and C* = eps a.
+            (formula("1 - epsilon*a*u"), [[0.5, 0.6], [0.1, 0.3], [0.2, 0.2]], [0.0, 0.4], 16, 0.5, 0.05),
+        ] {
+            let found = proved(&law, &ranges, damping, boxes).shares();
+            assert!(found.present <= exact && exact <= 1.0 - found.absent, "{found:?}");
+            assert!(found.undecided() < most, "{found:?}");
+        }
+    }
+
+    /// The curves over a box enclose what those of points inside it do, with a drop that changes, too; more boxes decide more.
+    #[test]
+    fn boxes_hold_the_points_inside() {
+        let dropping = Law::Exponential.with_drop();
+        for (law, ranges) in [
+            (Law::Stribeck, vec![[0.1, 0.1], [0.3, 0.32], [0.1, 0.1], [2.0, 2.05], [1.0, 1.02]]),
+            (dropping, vec![[1.0, 1.0], [0.8, 0.8], [0.05, 0.05], [0.0, 0.0], [0.3, 0.31], [0.5, 0.5]]),
+        ] {
+            let proof = proved(&law, &ranges, [0.0, 2.0], 1);
+            assert!(proof.shares().undecided() < 0.05, "{:?} {:?}", proof.shares(), proof.stop());
+            for share in [0.0, 0.3, 1.0] {
+                let at: Vec<f64> = ranges.iter().map(|[lo, hi]| lo + share * (hi - lo)).collect();
+                let point = Point {
+                    epsilon: at[0],
+                    law: LawParameters::new(&at[1..at.len() - 1]),
+                    belt_speed: at[at.len() - 1],
+                    damping: 0.0,
+                };
+                let known = prove(&law.column(&point)).critical();
+                for curve in &proof.parts[0].curves {
+                    let c = curve.along.iter().fold(curve.c, |c, along| c + (2.0 * share - 1.0) * along.c);
+                    let holds = match curve.kind {
+                        Kind::Returns => c < known.hi,
+                        Kind::Absent => c > known.lo,
+                        Kind::Lands => true,
+                    };
+                    assert!(holds, "{:?} {c} {known:?}", curve.kind);
+                }
+            }
+            let more = proved(&law, &ranges, [0.0, 2.0], 4).shares();
+            assert!(more.undecided() < proof.shares().undecided());
+        }
+    }
+
+    #[test]
+    fn a_box_is_the_same_for_any_number_of_threads() {
+        let refined = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                proved(
+                    &Law::Exponential,
+                    &[[1.0; 2], [0.6, 0.7], [0.3; 2], [0.0; 2], [0.5; 2]],
+                    [0.0, 1.0],
+                    6,
+                )
+            })
+        };
+        assert_eq!(refined(1), refined(3));
+    }
+}
