@@ -31,7 +31,7 @@ const MOST_TRIALS: usize = 60;
 /// Largest number of factors of two between the guess of kappa and a bracket.
 const MOST_DOUBLINGS: usize = 40;
 /// Relative accuracy of kappa: what is left of a gap is small against what kappa turns.
-const ENOUGH: f64 = 1e-6;
+const ENOUGH: f64 = 1e-10;
 /// kappa of curves that land.
 const LANDING: [f64; 7] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 1e-3];
 /// Relative distance of an inward end from the line: of the size of what kappa turns there.
