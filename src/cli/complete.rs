@@ -51,7 +51,14 @@ pub(super) fn compute(
     let start = Instant::now();
     let planes = OnceLock::new();
     let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
-    let control = Control { threads: asked.threads, on_plane: &on_plane, stop, ..Control::default() };
+    let proofs = OnceLock::new();
+    let all = job.plan.proof_boxes as u64;
+    let on_boxes = |tried: usize| {
+        let bar = proofs.get_or_init(|| progress::bar(asked.quiet, Some(all), "boxes of parameters"));
+        bar.set_position(tried as u64);
+    };
+    let threads = asked.threads;
+    let control = Control { threads, on_plane: &on_plane, on_boxes: &on_boxes, stop, ..Control::default() };
     let earlier = Earlier { account: found.account.clone(), seconds: found.seconds };
     let computed = slipmap_map::run_with(&job.plan, &control, earlier, || {
         // Of all processes that had tiles.
@@ -60,7 +67,7 @@ pub(super) fn compute(
         planes.get_or_init(|| progress::bar(asked.quiet || count == 0, Some(count), "planes of curves"));
         computed
     });
-    if let Some(bar) = planes.get() {
+    for bar in planes.get().into_iter().chain(proofs.get()) {
         bar.finish_and_clear();
     }
     let summary = computed.map_err(|error| stopped(&error))?;

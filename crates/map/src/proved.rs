@@ -1,9 +1,9 @@
 //! Proofs by the method `validated` over the whole box of parameters, the points between the nodes included.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::{Axis, Plan};
+use super::{Axis, Control, Plan};
 use slipmap_certify::curve::BoxProof;
 use slipmap_model::friction::Law;
 
@@ -29,22 +29,21 @@ fn parameters(plan: &Plan) -> Option<(Law, Vec<[f64; 2]>)> {
     Some((law.clone(), ranges.collect()))
 }
 
-/// Computes the proofs that the plan requests with `threads` threads (all cores if `None`); stops early if
-/// `stop` is set. `None` if the plan requests no proofs, or if the threads cannot be started. The proofs do
+/// Computes the proofs that the plan requests; stops early if told so. `None` if the plan requests no proofs, or if the threads cannot be started. The proofs do
 /// not depend on the number of threads.
-pub fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<Proved> {
+pub(crate) fn prove(plan: &Plan, control: &Control) -> Option<Proved> {
     if plan.proof_boxes == 0 {
         return None;
     }
-    let pool = super::pool(threads).ok()?;
+    let pool = super::pool(control.threads).ok()?;
     let start = Instant::now();
-    let go_on = || !stop.load(Ordering::Relaxed);
+    let go_on = |tried: usize| {
+        (control.on_boxes)(tried);
+        !control.stop.load(Ordering::Relaxed)
+    };
     let (law, mut ranges) = parameters(plan)?;
     let damping = ranges.pop()?;
-    let proof = pool.install(|| {
-        let mut proof = BoxProof::new(&law, ranges, damping);
-        proof.refine(plan.proof_boxes, &go_on);
-        proof
-    });
+    let mut proof = pool.install(|| BoxProof::new(&law, ranges, damping));
+    pool.install(|| proof.refine(plan.proof_boxes, &go_on));
     Some(Proved { proof, seconds: start.elapsed().as_secs_f64() })
 }

@@ -115,10 +115,10 @@ impl BoxProof {
         proof
     }
 
-    /// Tries proofs of up to `boxes` parts in all, or until `go_on` returns false: in each round of a quarter of the
+    /// Tries proofs of up to `boxes` parts in all, or until `go_on` returns false, which is told how many were tried: in each round of a quarter of the
     /// parts, those with the largest undecided shares. The result does not depend on the number of threads.
-    pub fn refine(&mut self, boxes: usize, go_on: &(dyn Fn() -> bool + Sync)) {
-        while self.tried + 2 <= boxes && go_on() {
+    pub fn refine(&mut self, boxes: usize, go_on: &dyn Fn(usize) -> bool) {
+        while self.tried + 2 <= boxes && go_on(self.tried) {
             self.parts.sort_by(|one, two| two.undecided.total_cmp(&one.undecided));
             let most = ((boxes - self.tried) / 2).min(self.parts.len().div_ceil(4));
             let is_open = |part: &&Part| part.undecided > 0.0 && part.halves().is_some();
@@ -343,7 +343,7 @@ mod tests {
 
     fn proved(law: &Law, ranges: &[[f64; 2]], damping: [f64; 2], boxes: usize) -> BoxProof {
         let mut proof = BoxProof::new(law, ranges.to_vec(), damping);
-        proof.refine(boxes, &|| true);
+        proof.refine(boxes, &|_| true);
         proof
     }
 
