@@ -38,6 +38,18 @@ pub(super) struct Computed {
     earlier: (f64, usize),
 }
 
+/// The certificate of every column of a map.
+fn of_columns(job: &Job, threads: Option<usize>) -> Result<Certificate, Failure> {
+    let Some((law, columns)) = slipmap_map::columns(&job.plan.grid) else {
+        let problem = "the friction law in dimensionless form differs from column to column".to_owned();
+        return Err(Failure::bad_input(problem, "leave validated.proof out"));
+    };
+    let certificate = || Certificate::of_columns(&law, &columns, WRITTEN_BY);
+    slipmap_map::pool(threads)
+        .map(|pool| pool.install(certificate))
+        .map_err(|error| Failure::Broken(format!("cannot start threads: {error}")))
+}
+
 /// Computes the missing tiles by `tiles`, and all that a map holds beside its cells. `stopped` makes the failure
 /// of a computation that ended early.
 pub(super) fn compute(
@@ -71,8 +83,12 @@ pub(super) fn compute(
         bar.finish_and_clear();
     }
     let summary = computed.map_err(|error| stopped(&error))?;
-    if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&Certificate::of_box(&proved.proof, WRITTEN_BY), path, asked.replaces_proof)?;
+    if let Some(path) = &job.proof {
+        let certificate = match &summary.proved {
+            Some(proved) => Certificate::of_box(&proved.proof, WRITTEN_BY),
+            None => of_columns(job, asked.threads)?,
+        };
+        proof::write(&certificate, path, asked.replaces_proof)?;
     }
     let mut outcome = Outcome::of(&job.plan, &summary);
     let mut probability_seconds = 0.0;

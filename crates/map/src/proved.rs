@@ -3,9 +3,10 @@
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::{Axis, Control, Plan};
+use super::{Axis, Control, Grid, Plan, unravel};
 use slipmap_certify::curve::BoxProof;
 use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
 
 /// The proofs over the box of all parameters, from the first to the last node of every axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +28,23 @@ fn parameters(plan: &Plan) -> Option<(Law, Vec<[f64; 2]>)> {
     let [first, last] = [first, last].map(|point| law.coordinates(&point));
     let ranges = first.into_iter().zip(last).map(|((_, from), (_, to))| [from, to]);
     Some((law.clone(), ranges.collect()))
+}
+
+/// The law in dimensionless form, and the point of each column with its range of dampings; `None` where the law differs from
+/// column to column.
+pub fn columns(grid: &Grid) -> Option<(Law, Vec<(Point, [f64; 2])>)> {
+    let axes = grid.axes();
+    let outer: Vec<usize> = axes[..axes.len() - 1].iter().map(|axis| axis.values.len()).collect();
+    let mut law = None;
+    let column = |number: usize| {
+        let mut values = grid.values(&[unravel(number, &outer), vec![0]].concat());
+        let (own, point, _) = grid.place(&values)?;
+        *values.last_mut()? = *grid.dampings().last()?;
+        let (_, last, _) = grid.place(&values)?;
+        (*law.get_or_insert_with(|| own.clone()) == own).then_some((point, [point.damping, last.damping]))
+    };
+    let columns = (0..grid.column_count()).map(column).collect::<Option<_>>()?;
+    Some((law?, columns))
 }
 
 /// Computes the proofs that the plan requests; stops early if told so. `None` if the plan requests no proofs, or if the threads cannot be started. The proofs do
