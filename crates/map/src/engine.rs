@@ -55,7 +55,7 @@ pub struct Summary {
     pub threads: usize,
     /// The sum of the accounts of all tiles, with the disagreements of the audit in the order of the grid.
     pub account: Account,
-    /// The proofs between the nodes, if the plan requests them; see [`super::prove`].
+    /// The proofs between the nodes, if the plan requests them.
     pub proved: Option<Proved>,
     /// The curves of codimension one, if the plan requests them.
     pub curves: Vec<PlaneCurves>,

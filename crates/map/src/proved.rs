@@ -30,9 +30,12 @@ fn parameters(plan: &Plan) -> Option<(Law, Vec<[f64; 2]>)> {
     Some((law.clone(), ranges.collect()))
 }
 
+/// A point and a range of dampings.
+pub type ProvedColumn = (Point, [f64; 2]);
+
 /// The law in dimensionless form, and the point of each column with its range of dampings; `None` where the law differs from
 /// column to column.
-pub fn columns(grid: &Grid) -> Option<(Law, Vec<(Point, [f64; 2])>)> {
+pub fn columns(grid: &Grid) -> Option<(Law, Vec<ProvedColumn>)> {
     let axes = grid.axes();
     let outer: Vec<usize> = axes[..axes.len() - 1].iter().map(|axis| axis.values.len()).collect();
     let mut law = None;
