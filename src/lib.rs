@@ -211,7 +211,7 @@ pub mod column {
 pub mod orbits {
     //! Orbits followed at one damping, and the naive methods whose errors are measured.
 
-    pub use slipmap_orbits::{Cycle, arc, far_loops, flow, grazing, naive};
+    pub use slipmap_orbits::{Cycle, Effort, Piece, Work, arc, far_loops, flow, grazing, naive};
 }
 
 pub mod machine {
@@ -219,7 +219,8 @@ pub mod machine {
 
     pub use slipmap_machine::{
         AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, Dimension, FREQUENCY, Friction, Given,
-        INERTIA, MASS, Machine, Model, Motion, NORMAL_FORCE, PRESSURE, RADIUS, Units, requirement, unit,
+        INERTIA, MASS, Machine, Model, Motion, NORMAL_FORCE, Normal, PRESSURE, RADIUS, Units, requirement,
+        unit,
     };
 }
 

@@ -19,7 +19,7 @@ def header(name: str, quantity: str, column: Any) -> str:
         return name
     for motion in ("translation", "rotation"):
         try:
-            size = _core.Law.built_in("stribeck").number_of(f"1 {found[1]}", quantity, motion, False)[0]
+            size = _core.Law.built_in("stribeck").number_of(f"1 {found[1]}", quantity, motion, "alone", None)[0]
         except ValueError:
             continue
         if size != 1.0:

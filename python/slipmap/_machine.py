@@ -190,7 +190,7 @@ class Machine:
                 raise TypeError(f"friction: leave out {next(iter(held))}; the parameters of this law follow from the coefficients")
             law = Law(law._law, {})
             values.setdefault("strengthening", 0.0)
-        units = _Units(law._law, motion, "radius" in given or "radius" in values)
+        units = _Units.of_machine(law._law, motion, {**values, **given})
         for name, value in given.items():
             if value is None:
                 values.pop(name, None)
@@ -276,7 +276,7 @@ class Machine:
 
     @property
     def _units(self) -> _Units:
-        return _Units(self._core.friction, self.motion, "radius" in self.quantities)
+        return _Units.of_machine(self._core.friction, self.motion, self.quantities)
 
     @property
     def units(self) -> Units:
@@ -340,7 +340,9 @@ class Machine:
         results = elementwise(kernel, values or {"belt_speed": self["belt_speed"]}, outputs[: 1 + return_error])
         return results if return_error else results[0]
 
-    def risk(self, *, draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)) -> Risk:
+    def risk(
+        self, *, draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001), seconds: float | None = None
+    ) -> Risk:
         """The probability that the machine may stick-slip, given what is uncertain, and the dampings that make it rare.
 
         Parameters
@@ -349,11 +351,14 @@ class Machine:
             Draws of the uncertain quantities; by default 100000, or as many as take some seconds.
         rare : sequence of float
             Probabilities for which the damping is sought.
+        seconds : float, optional
+            Time after which no more is drawn; how many draws there are depends on it then.
 
         Returns
         -------
         Risk
-            ``probability`` (its ``value`` and 95 % ``limits_95``), ``rare_by`` (for each probability the ``damping``), the
+            ``probability`` (its ``value`` and 95 % ``limits_95``), ``by_itself`` (likewise: that steady slip is
+            unstable, so that it needs no knock), ``rare_by`` (for each probability the ``damping``), the
             ``critical_damping_standard_error`` that measured friction makes, and how many ``draws`` there were.
 
         Examples
@@ -364,7 +369,7 @@ class Machine:
         >>> 0.0 < pad.risk(draws=1000).probability.value < 1.0
         True
         """
-        return decode(Risk, json.loads(self._core.risk(_draws(draws), list(rare))))
+        return decode(Risk, json.loads(self._core.risk(_draws(draws), list(rare), seconds)))
 
     def page(
         self, *, title: str = "Machine", draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)
@@ -396,6 +401,26 @@ class Machine:
         """
         document, answers = self._core.page(title, _draws(draws), list(rare))
         return Page(document, json.loads(answers))
+
+    def explorer(self, *, title: str = "Machine") -> str:
+        """The explorer that begins with the machine, as an HTML document that computes in the browser and needs no other file.
+
+        Parameters
+        ----------
+        title : str
+            Of what is exported from it.
+
+        Returns
+        -------
+        str
+            What ``slipmap explore machine.toml --out pad.html`` writes.
+
+        Raises
+        ------
+        NotImplementedError
+            Where the package was built without its part for browsers.
+        """
+        return self._core.explorer(title)
 
     def replace(self, **changes: Any) -> Machine:
         """The machine with other quantities, friction or motion; an uncertain one keeps its ``sd`` around its new value."""
@@ -458,12 +483,23 @@ def _told(spread: list[float]) -> dict[str, float]:
 class _Units:
     """The units of a machine's quantities, in which numbers with units of their own are read."""
 
-    def __init__(self, law: _core.Law, motion: str, at_radius: bool):
-        self._law, self._motion, self._at_radius = law, motion, at_radius
+    def __init__(self, law: _core.Law, motion: str, normal: str, radius: float | None):
+        self._law, self._motion, self._normal, self._radius = law, motion, normal, radius
+
+    @classmethod
+    def of_machine(cls, law: _core.Law, motion: str, given: Mapping[str, Any]) -> _Units:
+        """Those of a machine of these quantities."""
+        radius = given.get("radius")
+        if all(given.get(name) is None for name in ("normal_force", "pressure")):
+            normal = "in_friction"
+        else:
+            normal = "alone" if radius is None else "at_radius"
+        number = None if radius is None else cls(law, motion, normal, None).read("radius", radius)[0]
+        return cls(law, motion, normal, number)
 
     def of(self, name: str) -> str | None:
         """The SI unit of a quantity: "" of a pure number, None of a name in a formula."""
-        return self._law.unit_of(name, self._motion, self._at_radius)
+        return self._law.unit_of(name, self._motion, self._normal)
 
     def number(self, name: str, value: Any) -> float:
         """A number in SI units."""
@@ -482,23 +518,38 @@ class _Units:
             raise ValueError(f"{name}: {error}") from None
 
     def _number(self, name: str, text: str) -> tuple[float, str]:
-        return self._law.number_of(text, name, self._motion, self._at_radius)
+        return self._law.number_of(text, name, self._motion, self._normal, self._radius)
 
     def written_of(self, name: str, given: Any) -> dict[str, tuple[str, float]]:
         """The unit of what is given as text, and its size in SI."""
         value = next(iter(given.values()), None) if isinstance(given, Mapping) else given
         if not isinstance(value, str):
             return {}
+        value = (_core.with_deviation(value) or (value,))[0]
         unit = self._number(name, value)[1]
         return {name: (unit, self._number(name, f"1 {unit}")[0])}
 
     def read(self, name: str, given: Any) -> tuple[float, list[float] | None]:
         """The number of a quantity in SI units, and its spread: a standard deviation, or both ends of a range."""
+        if isinstance(given, str) and (parts := _core.with_deviation(given)) is not None:
+            given = dict(zip(("value", "sd"), parts, strict=True))
         if not isinstance(given, Mapping):
             return self.number(name, given), None
-        parts = {key: self.number(name, value) for key, value in given.items()}
-        if set(parts) == {"value", "sd"} and parts["sd"] >= 0.0:
-            return parts["value"], [parts["sd"]]
-        if set(parts) == {"min", "max"} and parts["min"] <= parts["max"]:
-            return 0.5 * (parts["min"] + parts["max"]), [parts["min"], parts["max"]]
-        raise ValueError(f'{name} = {dict(given)}: write {{"value": 2.0, "sd": 0.1}} or {{"min": 1.8, "max": 2.2}}')
+        value = self.number(name, given["value"]) if "value" in given else None
+
+        def part(key: str, text: Any) -> float:
+            share = _core.share(text) if isinstance(text, str) and value is not None else None
+            if share is None:
+                return self.number(name, text)
+            if key == "sd":
+                return abs(value) * share
+            return value * (share + (text.strip()[0] in "+-"))
+
+        parts = {key: part(key, text) for key, text in given.items() if key != "value"}
+        if value is not None and set(parts) == {"sd"} and parts["sd"] >= 0.0:
+            return value, [parts["sd"]]
+        if set(parts) == {"min", "max"}:
+            middle = 0.5 * (parts["min"] + parts["max"]) if value is None else value
+            if parts["min"] <= middle <= parts["max"]:
+                return middle, [parts["min"], parts["max"]]
+        raise ValueError(f'{name} = {dict(given)}: write "2 kg +- 5 %", {{"value": 2.0, "sd": 0.1}} or {{"min": 1.8, "max": 2.2}}')

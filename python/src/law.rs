@@ -4,9 +4,9 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use slipmap::config::{self, About, LawText, Level, Origin, Wrong, number_in};
+use slipmap::config::{self, About, LawText, Level, Origin, Wrong, number_in, size, size_on_disc, with_unit};
 use slipmap::friction::{Function, Law as Family, PointError};
-use slipmap::machine::{Coefficients, DAMPING_RATIO, Motion, unit};
+use slipmap::machine::{Coefficients, DAMPING_RATIO, Dimension, Motion, Normal, unit};
 use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 use crate::point::json;
@@ -190,29 +190,44 @@ impl Law {
 
     /// The SI unit of a quantity of a machine with this friction: "" for a pure number, `None` for a name in a formula
     /// and for what is no quantity.
-    fn unit_of(&self, quantity: &str, motion: &str, at_radius: bool) -> PyResult<Option<&'static str>> {
+    fn unit_of(&self, quantity: &str, motion: &str, normal: &str) -> PyResult<Option<&'static str>> {
         let is_own = matches!(self.law.as_written(), Family::Expression(_))
             && self.law.parameters().iter().any(|parameter| parameter.name == quantity);
-        let unit = unit(quantity, motion_of(motion)?, &self.law, at_radius);
+        let unit = unit(quantity, motion_of(motion)?, &self.law, normal_of(normal));
         let is_known =
             !unit.is_empty() || quantity == DAMPING_RATIO || Coefficients::NAMES.contains(&quantity);
         Ok(Some(unit).filter(|_| is_known && !is_own))
     }
 
-    /// The number of such a quantity in SI units, of a text with its unit, and that unit.
+    /// The number of such a quantity in SI units, of a text with its unit, and that unit; `radius` is that of a disc.
     fn number_of(
         &self,
         text: &str,
         quantity: &str,
         motion: &str,
-        at_radius: bool,
+        normal: &str,
+        radius: Option<f64>,
     ) -> PyResult<(f64, String)> {
+        let motion_is = motion_of(motion)?;
+        if let (Some(radius), Some((number, unit))) = (radius, with_unit(text))
+            && Dimension::of_quantity(quantity) == Some(Dimension::Velocity)
+            && let Some(size) = size_on_disc(unit, motion_is, radius)
+        {
+            return Ok((number * size, unit.to_owned()));
+        }
         let known = |si| match number_in(text, si) {
             Ok((number, unit)) => Ok((number, unit.to_owned())),
             Err(why) => Err(format!("{quantity}: {why}")),
         };
         let unknown = || format!("{quantity} = {text:?}: write a number");
-        let unit = self.unit_of(quantity, motion, at_radius)?;
+        let unit = self.unit_of(quantity, motion, normal)?;
+        // A parameter of a formula has the unit that it is written with.
+        let of_formula = with_unit(text).filter(|_| unit.is_none());
+        if let Some((number, unit, size)) =
+            of_formula.and_then(|(number, unit)| Some((number, unit, size(unit)?)))
+        {
+            return Ok((number * size, unit.to_owned()));
+        }
         unit.ok_or_else(unknown).and_then(known).map_err(PyValueError::new_err)
     }
 
@@ -271,6 +286,15 @@ pub(crate) fn motion_of(name: &str) -> PyResult<Motion> {
         let names = Motion::ALL.map(|it| it.name()).join(", ");
         PyValueError::new_err(format!("motion: there is no motion `{name}`; choose from: {names}"))
     })
+}
+
+/// Where the normal force of a machine is, by its name in Python.
+fn normal_of(name: &str) -> Normal {
+    match name {
+        "at_radius" => Normal::AtRadius,
+        "in_friction" => Normal::InFriction,
+        _ => Normal::Alone,
+    }
 }
 
 /// The friction at rest of a law.

@@ -37,6 +37,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<law::Law>()?;
     module.add_class::<machine::Machine>()?;
     module.add_class::<map::Map>()?;
+    module.add_function(wrap_pyfunction!(machine::with_deviation, module)?)?;
+    module.add_function(wrap_pyfunction!(machine::share, module)?)?;
     module.add_function(wrap_pyfunction!(columns::critical_c, module)?)?;
     module.add_function(wrap_pyfunction!(columns::verdicts, module)?)?;
     module.add_function(wrap_pyfunction!(columns::regime, module)?)?;

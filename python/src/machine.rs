@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::time::Duration;
 
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyNotImplementedError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use slipmap::assessment::{StandardErrors, assess_fitted, with_errors};
 use slipmap::behaviour::behaviour;
@@ -12,10 +13,11 @@ use slipmap::column::Method;
 use slipmap::column::critical::{NoCriticalDamping, critical_dampings};
 use slipmap::config::{conversion, load_machine, machine_of};
 use slipmap::friction::{Column, Expression, Law as Family};
-use slipmap::machine::{self as engine, Coefficients, Friction, Model, NORMAL_FORCE};
-use slipmap::map::Shown;
+use slipmap::machine::{self as engine, Coefficients, Friction, Model, Motion, NORMAL_FORCE, RADIUS};
+use slipmap::map::{Grid, Shown};
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk, uncertain_critical_damping};
+use slipmap_explore::{Engine, Start, WASM, page};
 use slipmap_page::{MachinePage, Subject, to_json};
 
 use crate::columns::{columns_of, in_tasks};
@@ -46,6 +48,18 @@ impl std::fmt::Debug for Written {
             Written::Text(text) => text.fmt(to),
         }
     }
+}
+
+/// The value and the standard deviation of a text such as `12 bar +- 10 %`.
+#[pyfunction]
+pub(crate) fn with_deviation(text: &str) -> Option<(String, String)> {
+    slipmap::config::with_deviation(text)
+}
+
+/// A percentage, over 100.
+#[pyfunction]
+pub(crate) fn share(text: &str) -> Option<f64> {
+    slipmap::config::share(text)
 }
 
 /// A spread as Python has it: a standard deviation, both ends of a range, or the row of correlated errors.
@@ -94,7 +108,9 @@ impl Machine {
     ) -> PyResult<Self> {
         let motion = motion_of(motion)?;
         check_friction(&law.law)?;
-        let value = |name: &str| quantities.get(name).copied();
+        // That of a disc is no quantity.
+        let disc = quantities.get(RADIUS).copied().filter(|_| motion == Motion::Translation);
+        let value = |name: &str| quantities.get(name).copied().filter(|_| disc.is_none() || name != RADIUS);
         let law = match (value(Coefficients::EXPONENT), law.law.as_written()) {
             (Some(_), _) => law.law.clone().with_exponent(),
             // A fit is in units of its own value at rest; the formula of a machine is the coefficient itself.
@@ -113,7 +129,8 @@ impl Machine {
             };
             return Err(PyTypeError::new_err(format!("the machine also needs {missing}{remedy}")));
         }
-        if let Some(unknown) = quantities.keys().find(|name| !names.contains(&name.as_str())) {
+        let is_known = |name: &str| names.contains(&name) || disc.is_some() && name == RADIUS;
+        if let Some(unknown) = quantities.keys().find(|name| !is_known(name)) {
             let of = law.name();
             let known = names.join(", ");
             return Err(PyTypeError::new_err(format!(
@@ -124,10 +141,11 @@ impl Machine {
             Family::Expression(formula) => formula.text().into_owned(),
             _ => String::new(),
         };
-        let machine = machine_of(motion, &law, value, value).map_err(|wrong| match value(wrong.key) {
+        let mut machine = machine_of(motion, &law, value, value).map_err(|wrong| match value(wrong.key) {
             Some(given) => PyValueError::new_err(format!("{} = {given}: {}", wrong.key, wrong.problem)),
             None => of_wrong(&wrong, &formula),
         })?;
+        machine.given = machine.given.on_disc(disc);
         // In the order given, which is that of the random numbers.
         let spread = |(name, numbers): &(String, Numbers)| {
             Some((names.iter().copied().find(|known| known == name)?, spread_of(numbers)?))
@@ -169,7 +187,8 @@ impl Machine {
     /// Its numbers; the normal force only if it is known.
     #[getter]
     fn quantities(&self) -> Vec<(&'static str, f64)> {
-        self.machine.quantities()
+        let disc = self.machine.given.disc().map(|radius| (RADIUS, radius));
+        self.machine.quantities().into_iter().chain(disc).collect()
     }
 
     /// Whether its friction is a force, since no normal force is known.
@@ -192,7 +211,7 @@ impl Machine {
     #[getter]
     fn uncertain(&self) -> Vec<(&'static str, Numbers)> {
         let numbers = |spread: &Spread| match *spread {
-            Spread::Normal { sd } => vec![sd],
+            Spread::Normal { sd } | Spread::Relative { sd } => vec![sd],
             Spread::Uniform { min, max } => vec![min, max],
             Spread::Joint { row } => row.to_vec(),
         };
@@ -247,13 +266,22 @@ impl Machine {
     }
 
     /// The probability that it may stick-slip, and the dampings that make it rare, as JSON.
-    fn risk(&self, py: Python<'_>, draws: Option<usize>, rare: Vec<f64>) -> PyResult<String> {
+    fn risk(
+        &self,
+        py: Python<'_>,
+        draws: Option<usize>,
+        rare: Vec<f64>,
+        seconds: Option<f64>,
+    ) -> PyResult<String> {
+        let time = seconds.map(Duration::try_from_secs_f64).transpose();
+        let time =
+            time.map_err(|_| PyValueError::new_err(format!("seconds = {seconds:?}: must be at least 0")))?;
         if !is_uncertain(&self.machine, &self.uncertain) {
             return Err(PyValueError::new_err(
                 "nothing of the machine is uncertain; give quantities as {\"value\": 2.0, \"sd\": 0.1} or {\"min\": 1.8, \"max\": 2.2}",
             ));
         }
-        let found = run(py, None, None, |_| risk(&self.machine, &self.uncertain, draws, &rare))?;
+        let found = run(py, None, None, |_| risk(&self.machine, &self.uncertain, draws, &rare, time))?;
         let found = found.map_err(|why| PyValueError::new_err(why.to_string()))?;
         json(&found)
     }
@@ -272,7 +300,7 @@ impl Machine {
             let all =
                 assess_fitted(&self.machine, &self.uncertain).ok_or("the friction leaves the numbers")?;
             let uncertain = is_uncertain(&self.machine, &self.uncertain);
-            let found = uncertain.then(|| risk(&self.machine, &self.uncertain, draws, &rare));
+            let found = uncertain.then(|| risk(&self.machine, &self.uncertain, draws, &rare, None));
             let risk = match found.transpose() {
                 Ok(found) => found,
                 // The rest of the page does not depend on it.
@@ -283,6 +311,7 @@ impl Machine {
                 title,
                 uncertain: &self.uncertain,
                 units: &self.written,
+                speeds: None,
                 risk: risk.as_ref(),
                 source,
             };
@@ -290,6 +319,19 @@ impl Machine {
             Ok((html, to_json(&all, risk.as_ref()).to_string()))
         })?;
         made.map_err(PyValueError::new_err)
+    }
+
+    /// The explorer that begins with the machine: a document that computes in the browser.
+    fn explorer(&self, title: &str) -> PyResult<String> {
+        self.model()?;
+        if WASM.is_empty() {
+            let why = "this package was built without its part for browsers\n  help: `rustup target add \
+                       wasm32-unknown-unknown`, and build it by scripts/wheel";
+            return Err(PyNotImplementedError::new_err(why));
+        }
+        let grid = Grid::of_machine(&self.machine, &[]);
+        let grid = grid.map_err(|why| PyValueError::new_err(why.to_string()))?;
+        Ok(page(&Start::of(&grid, title, &self.written, &self.uncertain), Engine::Browser))
     }
 
     /// Critical damping coefficients and the estimates of their errors, as `critical_c` gives them, where the quantities

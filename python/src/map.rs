@@ -257,7 +257,7 @@ fn compute(
                 let why = "since the critical damping was not found";
                 warn(py, &format!("{} of {all} draws without an answer, {why}", found.failed))?;
             }
-            pieces.push(auxiliary::probability(found.values, draws));
+            pieces.extend(auxiliary::probabilities(found.values, found.by_itself, draws));
         }
         Some((Err(NoRisk::Interrupted), _)) => {
             return Err(PyKeyboardInterrupt::new_err("the map was interrupted"));

@@ -174,6 +174,11 @@ def test_a_machine_takes_text_with_units_and_tells_what_is_none(tmp_path):
     assert named == machine
     page = pickle.loads(pickle.dumps(named)).page(draws=100).html
     assert "50 mm/s" in page and "2000 g" in page and "may stick-slip below belt speed" in page and "0.05 m/s" not in page
+    try:
+        document = named.explorer(title="A pad")
+        assert '"title":"A pad"' in document and '["mm/s",0.001]' in document and len(document) > 1_000_000
+    except NotImplementedError as why:
+        assert "rustup target add" in str(why)
     with pytest.raises(TypeError, match=r"a Law is needed, not 'columb': slipmap\.Law\.stribeck\(\), "):
         machine.replace(friction="columb")
     with pytest.raises(TypeError, match=r"also needs stribeck_velocity, or friction=Law\.coulomb\(\)"):

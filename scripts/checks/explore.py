@@ -653,31 +653,35 @@ TESTS = [
 ]
 
 
+def run_all(session, tests):
+    """The number of tests that fail."""
+    failures = 0
+    for test in tests:
+        started = time.monotonic()
+        try:
+            test(session)
+            # Answers that take too long on a busy machine are refused, and the browser logs that.
+            session.complaints[:] = [text for text in session.complaints if "503" not in text]
+            assert not session.complaints, f"the browser complains: {session.complaints}"
+            print(f"ok     {test.__name__} ({time.monotonic() - started:.1f} s)", flush=True)
+        except Exception as error:
+            failures += 1
+            session.complaints.clear()
+            print(f"FAILED {test.__name__}: {error}", flush=True)
+        session.end_others()
+    return failures
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("slipmap")
     parser.add_argument("--pictures")
     parser.add_argument("--only")
     arguments = parser.parse_args()
-    failures = 0
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
         session = Session(browser, arguments)
-        for test in TESTS:
-            if arguments.only and arguments.only not in test.__name__:
-                continue
-            started = time.monotonic()
-            try:
-                test(session)
-                # Answers that take too long on a busy machine are refused, and the browser logs that.
-                session.complaints[:] = [text for text in session.complaints if "503" not in text]
-                assert not session.complaints, f"the browser complains: {session.complaints}"
-                print(f"ok     {test.__name__} ({time.monotonic() - started:.1f} s)", flush=True)
-            except Exception as error:
-                failures += 1
-                session.complaints.clear()
-                print(f"FAILED {test.__name__}: {error}", flush=True)
-            session.end_others()
+        failures = run_all(session, [test for test in TESTS if (arguments.only or "") in test.__name__])
         browser.close()
         session.server.end()
     return 1 if failures else 0

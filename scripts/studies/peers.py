@@ -1,10 +1,11 @@
 """Other integrators on the problem of this project: the grazing margin m/V of many cells, at equal accuracy.
 
     scripts/study peers [--cells N] [--date YYYY-MM-DD]
-    scripts/study peers --cells-from CELLS.csv     # for the chart of slipmap work-precision, which writes cells.csv
+    scripts/study peers --cells-from CELLS.csv --out PEERS.csv    # for the chart of slipmap work-precision
 
-With --cells-from, peers answer the cells of `slipmap work-precision` at several tolerances, and
-the result is for its chart; the rest of this text is about the table made without it. Every peer answers the same random cells of the box below; its tolerance is the loosest of a
+With --cells-from, peers answer the cells of `slipmap work-precision` at several tolerances, against its reference, and
+the result is for its chart (scripts/study work_precision makes it); the rest of this text is about the table made
+without it. Every peer answers the same random cells of the box below; its tolerance is the loosest of a
 ladder at which the largest error over its cells is at most `TARGET`, so that times compare at equal accuracy.
 Errors are against the (v, w) flow in 100-bit Taylor arithmetic (flow.py), good to 1e-18 here. Times are processor
 time of one thread, the least of a few passes; compiling, reading and writing are not counted. Slow peers take fewer
@@ -16,6 +17,7 @@ import argparse
 import csv
 import datetime
 import hashlib
+import math
 import os
 import random
 import re
@@ -43,28 +45,41 @@ COLUMNS = [
 ]  # fmt: skip
 
 
+# The laws, as numbers of the programs of peers: alpha, eps gamma, eps beta; mu, vs, eta; drop, eta, nothing.
+STRIBECK, EXPONENTIAL, COULOMB = range(3)
+
+
 def draw_cells(count):
-    """Rows epsilon, alpha, beta, gamma, c, V; a longer sample begins with the shorter one."""
+    """Cells of the law of the paper; a longer sample begins with the shorter one."""
     rng = random.Random(20260414)
     draw = lambda: [0.05, rng.random(), 0.5 * rng.random(), 4 * rng.random(), rng.random(), 0.2 + 1.3 * rng.random()]
-    return np.array([draw() for _ in range(count)])
+    drawn = np.array([draw() for _ in range(count)])
+    return scaled(STRIBECK, dict(zip(("epsilon", "alpha", "beta", "gamma", "c", "V"), drawn.T))), drawn
+
+
+def scaled(kind, of):
+    """Rows of a kind of law, its three numbers, C = eps c and V, from columns by their names."""
+    epsilon = of["epsilon"]
+    numbers = {
+        STRIBECK: lambda: [of["alpha"], epsilon * of["gamma"], epsilon * of["beta"]],
+        EXPONENTIAL: lambda: [of["mu"], of["vs"], of["eta"]],
+        COULOMB: lambda: [of["drop"], of["eta"], 0 * epsilon],
+    }[kind]()
+    return np.column_stack([kind + 0 * epsilon, *numbers, epsilon * of["c"], of["V"]])
 
 
 def read_cells(path):
-    """The cells of `slipmap work-precision`, which of them lie next to the boundary, and the table's fingerprint."""
+    """The cells of `slipmap work-precision`, their margins, which of them lie next to the boundary, and the table's
+    fingerprint."""
     text = path.read_bytes()
     rows = list(csv.DictReader(text.decode().splitlines()))
-    names = ("epsilon", "alpha", "beta", "gamma", "c", "V")
-    cells = np.array([[float(row[name]) for name in names] for row in rows])
-    return cells, np.array([row["near"] == "1" for row in rows]), hashlib.sha256(text).hexdigest()
+    of = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    kind = STRIBECK if "alpha" in of else EXPONENTIAL if "mu" in of else COULOMB
+    return scaled(kind, of), of["margin"], of["near"] == 1, hashlib.sha256(text).hexdigest()
 
 
-def reference_margins(cells):
-    def margin(cell):
-        epsilon, alpha, beta, gamma, c, belt = map(float, cell)
-        return float(follow(Point(epsilon, alpha, beta, gamma, c, belt), REFERENCE).margin)
-
-    return np.array([margin(cell) for cell in cells])
+def reference_margins(drawn):
+    return np.array([float(follow(Point(*map(float, cell)), REFERENCE).margin) for cell in drawn])
 
 
 def timed(passes, work):
@@ -77,51 +92,66 @@ def timed(passes, work):
     return best, result
 
 
-def scaled_groups(cells):
-    epsilon, alpha, beta, gamma, c, belt = cells.T
-    rate = epsilon * gamma
-    return np.array([rate * (1 - alpha), rate * belt, epsilon * beta * belt, epsilon * c])
+def friction(law, numbers, u, exp=np.exp):
+    """Friction in slip."""
+    a, b, d = numbers
+    if law == STRIBECK:
+        return (1 - a) / (1 + b * u) + a + d * u * u
+    return a + (1 - a) * exp(-u / b) + d * u if law == EXPONENTIAL else 1 - a + b * u
+
+
+def weakening(law, numbers, u, exp=np.exp):
+    """The fall of friction in slip."""
+    a, b, d = numbers
+    if law == STRIBECK:
+        q = 1 + b * u
+        return b * (1 - a) / (q * q) - 2 * d * u
+    return (1 - a) / b * exp(-u / b) - d if law == EXPONENTIAL else -b + 0 * u
+
+
+def start_of(cells):
+    """Angle and radius of the exit points, in units of V."""
+    drop = np.where(cells[:, 0] == COULOMB, cells[:, 1], 0) / cells[:, 5]
+    return np.arctan(drop), np.hypot(drop, 1)
 
 
 # --- peers: each is a function (cells, tolerance) -> (seconds, margins, rhs per cell or None) ---
 
 
 class Heyoka:
-    """heyoka's batch mode on the scalar form dr/dtheta, r(0) = 1, over [0, 2 pi]: no event location needed."""
+    """heyoka's batch mode on the scalar form dr/dtheta, from the exit point to the angle 2 pi: no event location needed."""
 
     name, form, package = "heyoka (batch)", "scalar, Taylor", "heyoka"
 
     def __init__(self, lanes):
         self.lanes, self.compiled = lanes, {}
 
-    def integrator(self, tolerance):
+    def integrator(self, law, tolerance):
         import heyoka as hy
 
-        if tolerance not in self.compiled:
+        if (law, tolerance) not in self.compiled:
             r = hy.make_vars("r")
             sin, cos = hy.sin(hy.time), hy.cos(hy.time)
-            s = 1.0 - r * cos
-            q = 1.0 + hy.par[1] * s
-            d = hy.par[0] / (q * q) - hy.par[3] - 2.0 * hy.par[2] * s
+            d = weakening(law, [hy.par[i] for i in range(3)], hy.par[4] * (1.0 - r * cos), hy.exp) - hy.par[3]
             rhs = d * r * sin * sin / (1.0 + d * sin * cos)
-            start, pars = np.ones((1, self.lanes)), np.zeros((4, self.lanes))
-            self.compiled[tolerance] = hy.taylor_adaptive_batch([(r, rhs)], start, pars=pars, tol=tolerance)
-        return self.compiled[tolerance]
+            start, pars = np.ones((1, self.lanes)), np.ones((5, self.lanes))
+            self.compiled[law, tolerance] = hy.taylor_adaptive_batch([(r, rhs)], start, pars=pars, tol=tolerance)
+        return self.compiled[law, tolerance]
 
     def __call__(self, cells, tolerance):
-        ta, lanes = self.integrator(tolerance), self.lanes
-        groups = scaled_groups(cells)
-        groups = np.pad(groups, ((0, 0), (0, -len(cells) % lanes)), mode="edge")
-        margins = np.empty(groups.shape[1])
+        ta, lanes = self.integrator(int(cells[0, 0]), tolerance), self.lanes
+        padded = np.pad(cells, ((0, -len(cells) % lanes), (0, 0)), mode="edge")
+        angle, radius = start_of(padded)
+        margins = np.empty(len(padded))
 
         def work(end):
-            turn = [end] * lanes
-            for i in range(0, groups.shape[1], lanes):
-                ta.set_time(0.0)
-                ta.state[:] = 1.0
-                ta.pars[:] = groups[:, i : i + lanes]
-                ta.propagate_until(turn)
-                margins[i : i + lanes] = ta.state[0]
+            for i in range(0, len(padded), lanes):
+                these = slice(i, i + lanes)
+                ta.set_time(angle[these])
+                ta.state[:] = radius[these]
+                ta.pars[:] = padded[these, 1:].T
+                ta.propagate_until(end + (angle[these] if end < 1 else 0))
+                margins[these] = ta.state[0]
 
         # A step of length zero costs one expansion and all the calls from Python: an upper bound of the
         # latter.
@@ -131,62 +161,57 @@ class Heyoka:
 
 
 class HeyokaFlow(Heyoka):
-    """heyoka's batch mode on the flow in (x1, x2), over the time 2 pi: the right-hand side has one division and no
-    sines. The turn ends a little earlier or later, where x2 is largest: there follow two classical Runge-Kutta steps of
+    """heyoka's batch mode on the flow in (x1, x2), over the time 2 pi less the angle of the exit point: the right-hand side
+    has no sines. The turn ends a little earlier or later, where x2 is largest: there follow two classical Runge-Kutta steps of
     the scalar form over the angle that is left, of all cells at once. Their error is below 1e-12 for angles up to 0.1."""
 
     form = "(x1,x2), Taylor, to time 2 pi and the rest of the angle"
 
-    def integrator(self, tolerance):
+    def integrator(self, law, tolerance):
         import heyoka as hy
 
-        if tolerance not in self.compiled:
+        if (law, tolerance) not in self.compiled:
             x1, x2 = hy.make_vars("x1", "x2")
-            drop, rate, strengthening, viscous, belt = (hy.par[i] for i in range(5))
-            u = belt - x2
-            force = drop / (1.0 + rate * u) + (1.0 - drop) + strengthening * u * u
+            numbers, viscous, belt = [hy.par[i] for i in range(3)], hy.par[3], hy.par[4]
+            force = friction(law, numbers, belt - x2, hy.exp)
             flow = [(x1, x2), (x2, force - x1 - viscous * x2)]
             start, pars = np.ones((2, self.lanes)), np.ones((5, self.lanes))
-            self.compiled[tolerance] = hy.taylor_adaptive_batch(flow, start, pars=pars, tol=tolerance)
-        return self.compiled[tolerance]
+            self.compiled[law, tolerance] = hy.taylor_adaptive_batch(flow, start, pars=pars, tol=tolerance)
+        return self.compiled[law, tolerance]
 
     def __call__(self, cells, tolerance):
-        ta, lanes = self.integrator(tolerance), self.lanes
+        law = int(cells[0, 0])
+        ta, lanes = self.integrator(law, tolerance), self.lanes
         padded = np.pad(cells, ((0, -len(cells) % lanes), (0, 0)), mode="edge")
-        epsilon, alpha, beta, gamma, c, belt = padded.T
-        pars = np.array([1 - alpha, epsilon * gamma, epsilon * beta, epsilon * c, belt])
-        start = np.array([1 - epsilon * c * belt, belt])
-        groups = scaled_groups(padded)
+        numbers, viscous, belt = padded[:, 1:4].T, padded[:, 4], padded[:, 5]
+        start, turn = np.array([1 - viscous * belt, belt]), 2 * np.pi - start_of(padded)[0]
         ends = np.empty_like(start)
 
         def work(end):
-            turn = [end] * lanes
             for i in range(0, len(padded), lanes):
+                these = slice(i, i + lanes)
                 ta.set_time(0.0)
-                ta.state[:] = start[:, i : i + lanes]
-                ta.pars[:] = pars[:, i : i + lanes]
-                ta.propagate_until(turn)
-                ends[:, i : i + lanes] = ta.state
-            drop, rate, strengthening, viscous, _ = pars
+                ta.state[:] = start[:, these]
+                ta.pars[:] = padded[these, 1:].T
+                ta.propagate_until(np.minimum(end, turn[these]))
+                ends[:, these] = ta.state
             x1, x2 = ends
-            u = belt - x2
-            w = (drop / (1 + rate * u) + 1 - drop + strengthening * u * u - x1 - viscous * x2) / belt
+            w = (friction(law, numbers, belt - x2) - x1 - viscous * x2) / belt
             v = x2 / belt
-            return finish_turn(np.hypot(v, w), np.arctan2(-w, v), groups)
+            return finish_turn(np.hypot(v, w), np.arctan2(-w, v), law, padded)
 
         self.overhead = timed(3, lambda: work(1e-9))[0] / len(cells)
-        seconds, radius = timed(5, lambda: work(2 * np.pi))
+        seconds, radius = timed(5, lambda: work(10.0))
         return seconds, radius[: len(cells)] - 1, None
 
 
-def finish_turn(radius, angle, groups):
+def finish_turn(radius, angle, law, cells):
     """r at the angle 0 of orbits that pass (radius, angle), by two steps of the classical Runge-Kutta method."""
-    a, k, b, viscous = groups
+    numbers, viscous, belt = cells[:, 1:4].T, cells[:, 4], cells[:, 5]
 
     def slope(theta, r):
         sin, cos = np.sin(theta), np.cos(theta)
-        s = 1 - r * cos
-        d = a / (1 + k * s) ** 2 - viscous - 2 * b * s
+        d = weakening(law, numbers, belt * (1 - r * cos)) - viscous
         return d * r * sin * sin / (1 + d * sin * cos)
 
     step = -angle / 2
@@ -201,14 +226,14 @@ def finish_turn(radius, angle, groups):
 
 def lower_flow(cell):
     """(right-hand side, start, x2') of the lower flow in (x1, x2), analytically continued above the belt line."""
-    epsilon, alpha, beta, gamma, c, belt = map(float, cell)
+    law, (viscous, belt) = int(cell[0]), map(float, cell[4:])
+    numbers = tuple(map(float, cell[1:4]))
 
     def acceleration(x1, x2):
-        u = belt - x2
-        return -x1 - epsilon * c * x2 + (1 - alpha) / (1 + epsilon * gamma * u) + alpha + epsilon * beta * u * u
+        return -x1 - viscous * x2 + friction(law, numbers, belt - x2, math.exp)
 
     rhs = lambda t, x: (x[1], acceleration(x[0], x[1]))
-    return rhs, (1 - epsilon * c * belt, belt), lambda t, x: acceleration(x[0], x[1])
+    return rhs, (1 - viscous * belt, belt), lambda t, x: acceleration(x[0], x[1])
 
 
 class ScipyMargin:
@@ -419,22 +444,25 @@ def main():
     parser.add_argument("--cells", type=int, default=4096, help="cells for the fast peers; the slow take a fraction")
     parser.add_argument("--date", default=datetime.date.today().isoformat(), help="date in the result's name")
     parser.add_argument("--cells-from", type=Path, metavar="CELLS.csv", help="cells.csv of slipmap work-precision")
+    parser.add_argument("--out", type=Path, metavar="PEERS.csv", help="the result of --cells-from")
     args = parser.parse_args()
+    if bool(args.cells_from) != bool(args.out):
+        parser.error("--cells-from and --out go together")
     Crate.program = args.program
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # one core for everything, children included
 
     if args.cells_from:
-        cells, near, fingerprint = read_cells(args.cells_from)
+        cells, exact, near, fingerprint = read_cells(args.cells_from)
     else:
-        cells, near, fingerprint = draw_cells(args.cells), None, None
-    exact = reference_margins(cells)
+        cells, drawn = draw_cells(args.cells)
+        exact = reference_margins(drawn)
     closest = float(np.min(np.abs(exact)))
     print(f"{len(cells)} cells, {int(np.sum(exact > 0))} with a return; smallest |m/V| {closest:.1e}", file=sys.stderr)
     if args.cells_from:
         rows = list(chart_rows(cells, exact, near))
         said = f"# cells sha256 {fingerprint}\n# {len(cells)} cells of slipmap work-precision; smallest |m/V| {closest:.1e}\n"
-        path = ROOT / f"results/peers-{args.date}-work-precision.csv"
+        path = args.out
     else:
         rows = table_rows(cells, exact)
         said = f"# {BOX}, {len(cells)} random cells; target error {TARGET}; smallest |m/V| {closest:.1e}\n"

@@ -100,7 +100,8 @@ pub(super) fn compute(
                 for note in notes_on_draws(draws, found.failed, found.redrawn) {
                     say(&format!("note: {note}"));
                 }
-                outcome.auxiliary.push(auxiliary::probability(found.values, chances.draws));
+                let pieces = auxiliary::probabilities(found.values, found.by_itself, chances.draws);
+                outcome.auxiliary.extend(pieces);
             }
             Err(NoRisk::Interrupted) => return Err(stopped(&ComputeError::Interrupted)),
             Err(why) => say(&format!("note: {why}; the map has no probability")),

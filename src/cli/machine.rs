@@ -17,6 +17,7 @@ use super::{Ended, Failure};
 use slipmap_config::MachineJob;
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
+use slipmap_machine::BELT_SPEED;
 use slipmap_machine::assessment::{Assessment, assess_fitted};
 use slipmap_machine::risk::{MOST_DRAWS, NoRisk, Risk, is_uncertain, risk};
 use slipmap_page::{MachinePage, Subject, to_json};
@@ -31,7 +32,7 @@ Examples:
   slipmap machine before.toml after.toml --out both.pdf
 
 The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it \
-depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8, \
+depends on, and what is proved. Quantities of [machine] that are written \"2 kg +- 5 %\" or { min = 1.8, \
 max = 2.2 } are uncertain, and so is a table of friction with standard errors: then also the probability that it may \
 stick-slip, and the dampings that make it rare.")]
 pub(super) struct Arguments {
@@ -60,8 +61,8 @@ pub(super) struct Arguments {
 }
 
 /// Why there are fewer draws than usual.
-const FEWER: &str = "the search for the critical damping of a draw takes long here, so there are few draws; --draws takes \
-                     more, and the time for them";
+const FEWER: &str = "the search for the critical damping of a draw takes long here, so there are fewer draws than usual; \
+                     --draws takes more, and the time for them";
 
 fn parse_probability(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| *value > 0.0 && *value < 1.0);
@@ -69,7 +70,7 @@ fn parse_probability(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    let jobs = arguments.configs.iter().map(|config| probe_machine::load(config, &arguments.set));
+    let jobs = arguments.configs.iter().map(|config| probe_machine::load_over_speeds(config, &arguments.set));
     let jobs = jobs.collect::<Result<Vec<MachineJob>, Failure>>()?;
     let files =
         jobs.iter().fold(Files::reading(&arguments.configs), |files, job| files.machine(&job.machine));
@@ -117,7 +118,7 @@ impl Machine {
             false => None,
             true => {
                 let draws = arguments.draws.map(|draws| draws as usize);
-                match risk(&job.machine, &job.uncertain, draws, &arguments.rare) {
+                match risk(&job.machine, &job.uncertain, draws, &arguments.rare, None) {
                     Ok(found) => Some(found),
                     // The page reports it; the rest of the page does not depend on it.
                     Err(NoRisk::NoneFound | NoRisk::NoneFollowed) => None,
@@ -131,11 +132,18 @@ impl Machine {
         Ok(Self { job, all, risk, title, source: source(config, arguments) })
     }
 
+    /// The least and the largest belt speed of the configuration, if there are several.
+    fn speeds(&self) -> Option<[f64; 2]> {
+        let (_, speeds) = self.job.varied.iter().find(|(name, _)| *name == BELT_SPEED)?;
+        Some([*speeds.first()?, *speeds.last()?])
+    }
+
     fn page(&self) -> MachinePage<'_> {
         let subject = Subject {
             title: &self.title,
             uncertain: &self.job.uncertain,
             units: &self.job.units,
+            speeds: self.speeds(),
             risk: self.risk.as_ref(),
             source: &self.source,
         };

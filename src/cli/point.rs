@@ -9,7 +9,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::Failure;
 use super::output::exact;
-use slipmap_config::{About, LawText, Measured, decimal_comma, has_unit, nearest, point_of};
+use slipmap_config::{About, LawText, Measured, decimal_comma, has_unit, nearest, point_of, with_deviation};
 use slipmap_machine::probe::{axis_names, flag};
 use slipmap_model::friction::{Law, PointError};
 use slipmap_model::point::Point;
@@ -167,7 +167,7 @@ pub(super) fn parse_setting(text: &str) -> Result<(String, Setting), String> {
     let value = value.trim();
     // Also with the quotes of TOML.
     let text = value.trim_matches(['"', '\'']);
-    if has_unit(text) {
+    if has_unit(text) || with_deviation(text).is_some() {
         return Ok((name, Setting::WithUnit(text.into())));
     }
     let usual = "write for example 0.5 or 1e-3; a quantity of a machine may have its unit: 2 kg";

@@ -5,13 +5,13 @@ use std::path::Path;
 
 use super::output::{Align, TextTable, short};
 use super::point::Setting;
-use super::{Failure, notes};
+use super::{Failure, notes, say};
 use slipmap_column::Regime;
 use slipmap_config::{MachineJob, load_machine};
 use slipmap_machine::assessment::StandardErrors;
 use slipmap_machine::behaviour::{Behaviour, Limit};
 use slipmap_machine::probe::regime_words;
-use slipmap_machine::{Dimension, Machine};
+use slipmap_machine::{BELT_SPEED, Dimension, Machine};
 use slipmap_map::Shown;
 use slipmap_numbers::text::{rounded, with_error};
 
@@ -22,6 +22,18 @@ pub(super) fn load(file: &Path, settings: &[(String, Setting)]) -> Result<Machin
     check_single(&job, file, |_| false)?;
     notes::tell_units(&job.conversions);
     notes::warn(&job.machine);
+    Ok(job)
+}
+
+/// The same, but that the belt speed may have several: the machine is that at the first, which is told.
+pub(super) fn load_over_speeds(file: &Path, settings: &[(String, Setting)]) -> Result<MachineJob, Failure> {
+    let job = load_machine(file, settings)?;
+    check_single(&job, file, |name| name == BELT_SPEED)?;
+    notes::tell_units(&job.conversions);
+    notes::warn(&job.machine);
+    if job.varied.iter().any(|(name, _)| *name == BELT_SPEED) {
+        say("note: the numbers below are those of the least belt speed; --set belt_speed=.. chooses another");
+    }
     Ok(job)
 }
 

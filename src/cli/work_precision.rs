@@ -10,7 +10,7 @@ use super::configuration::Configuration;
 use super::replace::Files;
 use super::report::{existing, failure};
 use super::width::{TWO, width};
-use super::{Ended, Failure, interrupt, progress, say};
+use super::{Ended, Failure, interrupt, progress};
 use slipmap_report::figure::Width;
 use slipmap_report::work_precision::{add_peers, write_study};
 use slipmap_study::benchmark::{Study, contestants};
@@ -24,9 +24,8 @@ Examples:
   slipmap work-precision configs/work-precision.toml --set work_precision.cells=256 --out quick
 
 Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv and .tex, the \
-chart as .svg, .pdf and .png, and cells.csv, on which `scripts/study peers --cells-from cells.csv` \
-measures other people's integrators. Run this command again afterwards, and they are in the chart: of the files \
-results/peers-*.csv the newest about the same cells, or else the newest.")]
+chart as .svg, .pdf and .png, and cells.csv, on which `scripts/study peers --cells-from DIR/cells.csv --out \
+DIR/peers.csv` measures other people's integrators. Run this command again afterwards, and they are in the chart.")]
 pub(super) struct Arguments {
     #[command(flatten)]
     configuration: Configuration,
@@ -63,17 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let go_on = || !stop.load(Ordering::Relaxed);
     let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on).map_err(failure)?;
     bar.finish_and_clear();
-    add_peers(&mut study, Path::new("results")).map_err(failure)?;
-    match &study.peers {
-        None => say("no peers: results/ has no peers-*.csv; scripts/study peers makes one"),
-        Some((file, false)) => {
-            say(&format!(
-                "peers of {file} are about other cells; for the same: scripts/study peers --cells-from {}",
-                folder.join("cells.csv").display()
-            ));
-        }
-        Some((_, true)) => {}
-    }
+    add_peers(&mut study, &folder).map_err(failure)?;
     let existing = existing(arguments.overwrite);
     write_study(&study, &folder, existing, arguments.width).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("work-precision.csv").display())?;

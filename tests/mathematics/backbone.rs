@@ -1,8 +1,8 @@
 //! The backbone C(r), the damping at which the orbit of each amplitude closes, and the cycles read from it.
 
+use crate::sample::slip_cycles;
 use slipmap::column::backbone::Backbone;
 use slipmap::column::critical_damping;
-use slipmap::column::slip_cycle::slip_cycles;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::orbits::Cycle;

@@ -1,10 +1,13 @@
-//! Every computation at a point has a budget of work: it ends even at the ends of the range of numbers, and
-//! either its answer is right or it reports that there is none.
+//! Every piece of knowledge has a fixed quota of work: it ends even at the ends of the range of numbers, and
+//! either its answer is right or it reports that there is none. The same question has the same answer in any order.
 
 use slipmap::certify::Guarantee;
-use slipmap::column::{Method, Verdict};
-use slipmap::flow::Fate;
-use slipmap::friction::{Law, Table};
+use slipmap::column::slip_cycle::Unknown;
+use slipmap::column::{self, Behaviour, Method, NoCriticalDamping, Verdict, critical_damping};
+use slipmap::filippov::Oscillator;
+use slipmap::flow::{Failure, Fate};
+use slipmap::friction::{Expression, Law, Table};
+use slipmap::orbits::{Piece, flow};
 use slipmap::point::Point;
 use slipmap::probe::{Answer, Probe};
 use slipmap::witness;
@@ -135,4 +138,154 @@ fn ten_thousand_extreme_points_end_within_two_seconds_each() {
     println!("{} points, {:.0} s", times.len(), times.iter().map(|(seconds, _)| seconds).sum::<f64>());
     let slow = times.iter().filter(|(seconds, _)| *seconds > LONGEST).count();
     assert_eq!(slow, 0, "points that took longer than two seconds");
+}
+
+/// A formula that is hard on every engine: fast waves, many waves, poles, narrow steps, terms that cancel, corners, growth, and
+/// all of these of one another.
+fn hostile(random: &mut Random) -> String {
+    let f = term(random, 2);
+    let share = random.log(1e-4, 2.0);
+    format!("1 - {share:.6}*(({f}) - ({}))", f.replace('u', "(0)"))
+}
+
+fn term(random: &mut Random, depth: u32) -> String {
+    let mut number = |least: f64, most: f64| format!("{:.6e}", random.log(least, most));
+    let [fast, size, place, width, rate] =
+        [(10.0, 1e6), (1e-3, 10.0), (1e-3, 1e3), (1e-7, 1.0), (0.1, 50.0)].map(|(a, b)| number(a, b));
+    let inner =
+        if depth > 0 && random.unit() < 0.5 { format!("({})", term(random, depth - 1)) } else { "u".into() };
+    match (random.unit() * 10.0) as u32 {
+        0 => format!("sin({fast}*{inner})"),
+        1 => {
+            let wave = |i: u32| format!("sin({}*u)/{}", 11 + (37 * i) % 1000, i + 1);
+            (0..2 + (60.0 * random.unit()) as u32).map(wave).collect::<Vec<_>>().join(" + ")
+        }
+        2 => format!("{inner}/(1 - {inner}/{place})"),
+        3 => format!("tanh(({inner} - {place})/{width})"),
+        4 => format!("(1e9 + {size}*{inner}) - 1e9"),
+        5 => format!("abs(sin({rate}*{inner}))"),
+        6 => format!("exp({rate}*{inner})"),
+        7 => format!("{inner}^{}", 2 + (8.0 * random.unit()) as u32),
+        8 => format!("sin(1/({inner} + {width}))"),
+        _ => format!("exp(-({inner}/{width})^2) + {size}*{inner}"),
+    }
+}
+
+/// The hostile law of a number, with a point.
+fn hostile_point(number: u64) -> Option<(Law, Point)> {
+    let mut random = Random(0xbad + number);
+    let law = Law::Expression(Expression::new(&hostile(&mut random), 1.0).ok()?);
+    let point = law.point(1.0, &[], random.log(1e-2, 100.0), random.log(1e-3, 3.0)).ok()?;
+    Some((law, point))
+}
+
+/// What a quota ends says so, and no piece takes much more than its own.
+fn keeps_to_quotas(law: &Law, point: &Point) {
+    let (column, oscillator) = (law.column(point), Oscillator::new(law, point));
+    let (found, cost) = (flow(&oscillator, TOLERANCE), column.curve.cost());
+    // The evaluations of the law itself count so many times, those of its polynomials once.
+    let most = |piece: Piece| 3 * piece.quota();
+    assert!(found.rhs <= most(Piece::Fate), "{} {found:?} {cost}", law.definition());
+    match critical_damping(&column, TOLERANCE) {
+        Ok(found) => assert!(found.rhs <= most(Piece::Critical), "{} {found:?}", law.definition()),
+        Err(why) => assert!(matches!(why, NoCriticalDamping::Quota | NoCriticalDamping::NotFollowed)),
+    }
+}
+
+#[test]
+fn hostile_formulas_keep_to_their_quotas() {
+    let points: Vec<(Law, Point)> = (0..24).filter_map(hostile_point).collect();
+    assert!(points.len() > 12, "{}", points.len());
+    for (law, point) in &points {
+        keeps_to_quotas(law, point);
+    }
+    // Too many waves: the quota is the reason.
+    let law = formula("1 - 0.001*sin(30000*u)");
+    let point = law.point(1.0, &[], 1.0, 0.1).unwrap();
+    let oscillator = Oscillator::new(&law, &point);
+    let found = flow(&oscillator, TOLERANCE);
+    assert_eq!(found.fate, Fate::Failed(Failure::Quota));
+    assert_eq!(critical_damping(&law.column(&point), TOLERANCE), Err(NoCriticalDamping::Quota));
+    let slip = column::slip_cycles(&oscillator, &found, TOLERANCE);
+    assert_eq!(slip, Err(Unknown::Orbit(Failure::Quota)));
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release --test mathematics hostile -- --ignored --nocapture"]
+fn five_hundred_hostile_formulas_end_within_two_seconds_each() {
+    let mut times = Vec::new();
+    for number in 0.. {
+        let Some((law, point)) = hostile_point(number) else { continue };
+        let methods = Method::all().filter(|method| *method != Method::validated());
+        let start = thread_time();
+        let (answer, direct) = Answer::of_both_engines(&law, &point, TOLERANCE, methods);
+        let probe = Probe::new(&answer, &direct);
+        let seconds = (thread_time() - start).as_secs_f64();
+        std::hint::black_box(probe);
+        if seconds > LONGEST {
+            println!("{number}: {seconds:.2} s: {} {point:?}", law.definition());
+        }
+        times.push(seconds);
+        if times.len() == 500 {
+            break;
+        }
+    }
+    times.sort_by(f64::total_cmp);
+    println!("median {:.3} s, 95 % {:.3} s, largest {:.3} s", times[250], times[475], times[499]);
+    assert!(times[499] <= LONGEST, "{}", times[499]);
+}
+
+/// Two threads that ask one column the same questions, each in an order of its own, have the answers of columns that were
+/// asked nothing else.
+#[test]
+fn answers_do_not_depend_on_the_order_of_questions_nor_on_the_thread() {
+    let mut random = Random(71);
+    let wavy = "1 - 1.4012*u*exp(-u/1.51636) + 0.19596*sin(7.376*u) - 0.06*u";
+    let laws = [
+        (formula("1 - 0.001*sin(30000*u)"), 1.0, 0.3),
+        (formula(wavy), 1.6726, 0.4),
+        (formula("0.4 + 0.6*exp(-u/0.3) + 0.05*sin(9*u)"), 0.8, 1.2),
+        (formula("1 - 0.2*u*exp(-u/30)"), 20.0, 0.2),
+        (Law::Exponential.with_drop(), 0.5, 0.8),
+    ];
+    for (law, belt_speed, most) in &laws {
+        let parameters: &[f64] = if matches!(law, Law::Expression(_)) { &[] } else { &[0.5, 0.2, 0.0, 0.1] };
+        let at = |c: f64| law.point(1.0, parameters, *belt_speed, c).unwrap();
+        let oscillators: Vec<Oscillator> =
+            (0..5).map(|i| Oscillator::new(law, &at(most * f64::from(i) / 4.0))).collect();
+        let flows: Vec<_> = oscillators.iter().map(|it| flow(it, TOLERANCE)).collect();
+        // Each question as text, since answers may contain NaN.
+        let answer = |column: &Behaviour, question: usize| {
+            let (number, piece) = (question / 4, question % 4);
+            let (oscillator, flow) = (&oscillators[number], &flows[number]);
+            match piece {
+                0 => format!("{:?}", column.regime_of(oscillator, flow)),
+                1 => format!("{:?}", column.slip_cycles(oscillator, flow, TOLERANCE)),
+                2 => format!("{:?}", column.long_run(oscillator, flow, TOLERANCE)),
+                _ => format!("{:?}", column.backbone()),
+            }
+        };
+        let fresh = || law.column(&at(0.0)).curve;
+        let questions = 4 * oscillators.len();
+        let expected: Vec<String> =
+            (0..questions).map(|question| answer(&Behaviour::new(&fresh(), *belt_speed), question)).collect();
+        let curve = fresh();
+        let column = Behaviour::new(&curve, *belt_speed);
+        let mut orders: [Vec<usize>; 2] = std::array::from_fn(|_| (0..questions).collect());
+        for order in &mut orders {
+            for i in (1..questions).rev() {
+                order.swap(i, (random.unit() * (i + 1) as f64) as usize);
+            }
+        }
+        std::thread::scope(|scope| {
+            let (answer, column, expected) = (&answer, &column, &expected);
+            for order in &orders {
+                scope.spawn(move || {
+                    for &question in order {
+                        assert_eq!(answer(column, question), expected[question], "{question}");
+                    }
+                });
+            }
+        });
+    }
 }

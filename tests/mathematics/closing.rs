@@ -2,15 +2,15 @@
 //! x2') and the direct engine, for strong weakening too; regimes counted on a coarse backbone are those of
 //! cycles that are located.
 
+use crate::sample::slip_cycles;
 use slipmap::column::backbone::{Backbone, TurningPoint};
 use slipmap::column::critical_damping;
-use slipmap::column::slip_cycle::slip_cycles;
 use slipmap::column::{Regime, regime, slip_cycle_count};
 use slipmap::filippov::Oscillator;
 use slipmap::flow::Fate;
 use slipmap::friction::{Column, Law, Table};
 use slipmap::orbits::arc::{SlipTurn, turn};
-use slipmap::orbits::flow;
+use slipmap::orbits::{Piece, Work, flow};
 use slipmap::witness;
 
 use crate::sample::{Random, Sampling, at_one, formula, returns};
@@ -135,7 +135,8 @@ fn ends(backbone: &Backbone) -> [TurningPoint; 2] {
 /// Asserts that every coarse backbone that decides the count at a damping counts the same cycles as the fine
 /// one. Returns the numbers of such counts: of all backbones, and of the coarsest.
 fn coarse_counts(column: &Column, fine: &Backbone, dampings: &[f64]) -> [u32; 2] {
-    let mut coarse = Some(Backbone::coarsest(&column.curve, column.belt_speed, 1e-5).unwrap());
+    let work = Work::of(Piece::FineBackbone, &column.curve);
+    let mut coarse = Some(Backbone::coarsest(&column.curve, column.belt_speed, 1e-5, &work).unwrap());
     let (mut level, mut counts) = (0, [0; 2]);
     while let Some(backbone) = coarse {
         for &viscous in dampings.iter().filter(|viscous| backbone.is_reliable_at(**viscous)) {
@@ -146,7 +147,7 @@ fn coarse_counts(column: &Column, fine: &Backbone, dampings: &[f64]) -> [u32; 2]
                 counts[1] += u32::from(level == 0);
             }
         }
-        coarse = backbone.refined(&column.curve, 1e-5).unwrap();
+        coarse = backbone.refined(&column.curve, 1e-5, &work).unwrap();
         level += 1;
     }
     counts
@@ -241,8 +242,9 @@ fn slopes_settle_counts_next_to_the_critical_damping() {
         let belt_speed = 0.3 + 0.03 * f64::from(number);
         let column = wavy_table(40, [0.5, 2.0, 0.0], [0.0, 1.0, 0.0], belt_speed);
         let fine = Backbone::of(&column, 1e-10).unwrap();
-        let coarsest = Backbone::coarsest(&column.curve, belt_speed, 1e-5).unwrap();
-        let Some(finer) = coarsest.refined(&column.curve, 1e-5).unwrap() else { continue };
+        let work = Work::of(Piece::FineBackbone, &column.curve);
+        let coarsest = Backbone::coarsest(&column.curve, belt_speed, 1e-5, &work).unwrap();
+        let Some(finer) = coarsest.refined(&column.curve, 1e-5, &work).unwrap() else { continue };
         for (settled, backbone) in settled.iter_mut().zip([coarsest, finer]) {
             let viscous = ends(&backbone)[1].viscous + 0.5 * backbone.error;
             if backbone.is_reliable_at(viscous) {

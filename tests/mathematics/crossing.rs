@@ -1,15 +1,16 @@
 //! Cycles that cross the belt line, and loops beyond the exit point, which tend to them or inward.
 
+use crate::sample::slip_cycles;
 use slipmap::column;
 use slipmap::column::crossing::{self, reach, some_cross_for_ever, stick_slip_cycle};
-use slipmap::column::slip_cycle::{Unknown, slip_cycles};
+use slipmap::column::slip_cycle::Unknown;
 use slipmap::column::{Attractors, Regime};
 use slipmap::column::{Neighbour, crossing_separates};
 use slipmap::filippov::Oscillator;
 use slipmap::flow::Failure;
 use slipmap::friction::Law;
 use slipmap::orbits::far_loops::FarLoops;
-use slipmap::orbits::{Cycle, flow};
+use slipmap::orbits::{Cycle, Piece, Work, flow};
 
 use crate::sample::{Random, Sample, Sampling, at_one, formula};
 
@@ -46,7 +47,9 @@ fn regime_of_all_loops(oscillator: &Oscillator) -> Regime {
         return Regime::Failed;
     }
     let far = FarLoops::new(&oscillator.curve, oscillator.belt_speed);
-    let crossing = if attractors.crossing { Ok(true) } else { some_cross_for_ever(oscillator, &far) };
+    let work = Work::of(Piece::Loops, &oscillator.curve);
+    let some = || some_cross_for_ever(oscillator, &far, &work);
+    let crossing = if attractors.crossing { Ok(true) } else { some() };
     crossing.map_or(Regime::Failed, |crossing| Regime::of(Attractors { crossing, ..attractors }))
 }
 

@@ -1,11 +1,11 @@
 //! Curves of codimension one compared with closed forms, root-finding along single columns, and direct
 //! simulation on both sides.
 
+use crate::sample::slip_cycles;
 use slipmap::column::backbone::Backbone;
 use slipmap::column::bifurcation::{Bifurcation, CurveWork};
 use slipmap::column::continuation::{Branch, CurvePoint, zero_curves};
 use slipmap::column::critical_damping;
-use slipmap::column::slip_cycle::slip_cycles;
 use slipmap::filippov::Oscillator;
 use slipmap::flow::Fate;
 use slipmap::friction::{Expression, Law, Table};

@@ -3,10 +3,11 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::sample::slip_cycles;
 use slipmap::certify;
 use slipmap::column;
 use slipmap::column::crossing::stick_slip_cycle;
-use slipmap::column::slip_cycle::{Kick, kick_onto, slip_cycles};
+use slipmap::column::slip_cycle::{Kick, kick_onto};
 use slipmap::column::{Attractors, Regime};
 use slipmap::column::{Neighbour, critical_damping, crossing_separates, separates};
 use slipmap::filippov::{Eigenvalues, Oscillator, Side, Stability};

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
+use crate::sample::slip_cycles;
 use crate::sample::{Random, Sampling, formula};
 use slipmap::certify::slip_count::count_slip_cycles;
 use slipmap::column::backbone::Backbone;
 use slipmap::column::critical_damping;
-use slipmap::column::slip_cycle::slip_cycles;
 use slipmap::filippov::Oscillator;
 use slipmap::flow::Fate;
 use slipmap::friction::Law;

@@ -4,10 +4,11 @@
 use std::f64::consts::PI;
 
 use crate::runge_kutta;
+use crate::sample::slip_cycles;
 use crate::sample::{Random, Sampling, at_one, formula};
 use slipmap::certify::slip_count::count_slip_cycles;
 use slipmap::column::critical_damping;
-use slipmap::column::slip_cycle::{kick_onto, none_proved, slip_cycles};
+use slipmap::column::slip_cycle::{kick_onto, none_proved};
 use slipmap::column::{Regime, regime};
 use slipmap::filippov::Oscillator;
 use slipmap::flow::Fate;

@@ -439,17 +439,29 @@ fn work_that_nobody_waits_for_is_stopped() {
     slow["y"] = json!({ "axis": "V", "from": 0.0, "to": 4.0, "points": 512 });
     slow["show"] = "cycle_amplitude_x1".into();
     let request = server.request("plane", slow.to_string().as_bytes());
-    let mut given_up: Vec<TcpStream> = (0..2).map(|_| server.connect()).collect();
-    for stream in &mut given_up {
-        stream.write_all(&request).unwrap();
+    // As many points, of which each takes seconds.
+    let mut steep = place();
+    steep["law"] = json!({ "name": "expression", "phi": "1 - 0.001*sin(30000*u)" });
+    let of_point = server.request("point", steep.to_string().as_bytes());
+    let requests = [&request, &request, &of_point, &of_point, &of_point, &of_point];
+    let mut given_up: Vec<TcpStream> = requests.iter().map(|_| server.connect()).collect();
+    for (stream, request) in given_up.iter_mut().zip(requests) {
+        stream.write_all(request).unwrap();
     }
     std::thread::sleep(Duration::from_millis(300));
+    // A small answer waits for none of them.
+    assert_eq!(server.ask("law", &json!({ "name": "stribeck" })).0, 200);
+    for stream in &mut given_up {
+        stream.set_nonblocking(true).unwrap();
+        assert!(stream.read(&mut [0]).is_err(), "this was quick");
+    }
     drop(given_up);
     // Seconds of work, which do not fit into what two others that reach their time limit leave of its own.
     let mut next = slow;
     next["x"]["points"] = 256.into();
     next["y"]["points"] = 128.into();
     assert_eq!(server.ask("plane", &next).0, 200);
+    assert_eq!(server.ask("point", &place()).0, 200);
 }
 
 /// Hundreds of requests of every kind, silent connections, and bodies that never end.

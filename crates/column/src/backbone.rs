@@ -30,7 +30,7 @@ use slipmap_model::filippov::Oscillator;
 use slipmap_model::flow::Failure;
 use slipmap_model::friction::{Column, Curve};
 use slipmap_numbers::chebyshev::coefficients;
-use slipmap_orbits::work::Work;
+use slipmap_orbits::{Effort, Piece, Work};
 
 /// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the number of
 /// cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
@@ -53,7 +53,7 @@ const CLOSE: f64 = 0.01;
 /// Least tolerance where there are corners: orbits that only touch one take many steps.
 const LEAST_TOLERANCE_WITH_CORNERS: f64 = 1e-8;
 
-/// Tolerance of the second attempt where a backbone exceeds the budget. A steep law with corners has orbits
+/// Tolerance of the second attempt where a backbone exceeds its quota. A steep law with corners has orbits
 /// outside the polar form, each of which takes as long as a hundred others, and whose errors stay above the
 /// least tolerance; panels are refined in vain then.
 const SECOND_TOLERANCE: f64 = 1e-6;
@@ -147,16 +147,20 @@ impl Backbone {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn of_curve(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
-        Self::within(curve, belt_speed, tolerance, &Work::of_question(curve))
+        Self::with(Effort::Whole, curve, belt_speed, tolerance)
     }
 
-    /// [`Backbone::of_curve`] within a budget of work. If that ends, a less accurate one, within a second
-    /// budget, of which the rest is left.
-    pub fn within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
-        match Self::first_within(curve, belt_speed, tolerance, work) {
-            Err(Failure::StepBudget) if tolerance < SECOND_TOLERANCE => {
-                work.renew();
-                Self::first_within(curve, belt_speed, SECOND_TOLERANCE, work)
+    /// [`Backbone::of_curve`] with an effort: a less accurate one where that exceeds its quota.
+    ///
+    /// # Errors
+    /// [`Failure`] of an orbit.
+    pub fn with(effort: Effort, curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
+        let of = |piece: Piece, tolerance: f64| {
+            Self::within(curve, belt_speed, tolerance, &Work::with(effort, piece, curve))
+        };
+        match of(Piece::FineBackbone, tolerance) {
+            Err(why) if why != Failure::NotFinite && tolerance < SECOND_TOLERANCE => {
+                of(Piece::RoughBackbone, SECOND_TOLERANCE)
             }
             found => found,
         }
@@ -171,9 +175,9 @@ impl Backbone {
         is_enough: impl Fn(&Self, bool) -> bool,
     ) -> Result<Self, Failure> {
         let Oscillator { curve, belt_speed, .. } = oscillator;
-        let mut coarse = Self::coarsest_within(curve, *belt_speed, COARSE, work)?;
+        let mut coarse = Self::coarsest(curve, *belt_speed, COARSE, work)?;
         while !is_enough(&coarse, false) {
-            match coarse.refined_within(curve, COARSE, work)? {
+            match coarse.refined(curve, COARSE, work)? {
                 Some(finer) => coarse = finer,
                 None if is_enough(&coarse, true) => break,
                 None => return Self::within(curve, *belt_speed, tolerance, work),
@@ -191,14 +195,14 @@ impl Backbone {
         !curve.corners().is_empty() && self.error > ROUGH * size
     }
 
-    fn first_within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
+    fn within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
         if !curve.corners().is_empty()
             && let Some(backbone) = Self::cut(curve, belt_speed, tolerance, work)?
         {
             return Ok(backbone);
         }
         let mut backbone = Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], work)?;
-        while let Some(finer) = backbone.refined_within(curve, tolerance, work)? {
+        while let Some(finer) = backbone.refined(curve, tolerance, work)? {
             backbone = finer;
         }
         Ok(backbone)
@@ -249,16 +253,7 @@ impl Backbone {
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
-    pub fn coarsest(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
-        Self::coarsest_within(curve, belt_speed, tolerance, &Work::of_question(curve))
-    }
-
-    pub(super) fn coarsest_within(
-        curve: &Curve,
-        belt_speed: f64,
-        tolerance: f64,
-        work: &Work,
-    ) -> Result<Self, Failure> {
+    pub fn coarsest(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
         Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], work)
     }
 
@@ -283,16 +278,7 @@ impl Backbone {
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
-    pub fn refined(&self, curve: &Curve, tolerance: f64) -> Result<Option<Self>, Failure> {
-        self.refined_within(curve, tolerance, &Work::of_question(curve))
-    }
-
-    pub(super) fn refined_within(
-        &self,
-        curve: &Curve,
-        tolerance: f64,
-        work: &Work,
-    ) -> Result<Option<Self>, Failure> {
+    pub fn refined(&self, curve: &Curve, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
         let has_corners = !curve.corners().is_empty();
         let finest = if has_corners { FINEST_WITH_CORNERS } else { SIZES[1] };
         // Several panels are not refined further.
@@ -541,9 +527,9 @@ mod tests {
         let text = format!("1 - {} - {}", step(0.295, 0.0234, 0.0014), step(0.236, 0.133, 0.0018));
         let law = Law::Expression(Expression::new(&text, 1.0).unwrap());
         let (curve, belt_speed) = (law.curve(1.0, &LawParameters::new(&[])), 0.886);
-        let (work, tolerance) = (Work::of_question(&curve), 1e-9);
+        let (work, tolerance) = (Work::of(Piece::FineBackbone, &curve), 1e-9);
         let one = Backbone::with_intervals(&curve, belt_speed, tolerance, SIZES[1], &work).unwrap();
-        let halves = one.refined_within(&curve, tolerance, &work).unwrap().unwrap();
+        let halves = one.refined(&curve, tolerance, &work).unwrap().unwrap();
         assert!(one.error > 1e-3 && halves.error < 1e-6, "{} {}", one.error, halves.error);
         let radii: Vec<f64> = (1..100).map(|i| 0.01 * f64::from(i) * belt_speed).collect();
         let exact = Solver::new(&curve, belt_speed, tolerance, &work).at(&radii).unwrap();

@@ -1,24 +1,31 @@
 //! The attractors of a column at each of its dampings, from one backbone.
 
-use std::cell::{Cell, OnceCell, RefCell};
+use std::cell::OnceCell;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::Regime;
 use super::end::End;
 use super::verdict::Attractors;
 use crate::backbone::{Backbone, COARSE, CycleRange, InterpolatedBackbone};
-use crate::crossing::{crossing_cycles, landing_and_cycle, some_cross_for_ever};
+use crate::critical::critical_damping_with;
+use crate::crossing::{crossing_cycles, landing_and_cycle, no_loop_needed, some_cross_for_ever};
 use crate::slip_cycle::TIGHT;
 use crate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
-use crate::{CriticalDamping, Neighbour, critical_damping};
+use crate::{CriticalDamping, Neighbour};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::{Column, Curve, Range};
 use slipmap_numbers::text::rounded;
-use slipmap_orbits::Cycle;
 use slipmap_orbits::far_loops::FarLoops;
+use slipmap_orbits::{Cycle, Effort, Piece, Work};
 
 /// Tolerance of C(V) of a curve with a drop.
 const GRAZING: f64 = 1e-11;
+
+/// Number of fixed dampings, each half-way between two others, at which loops are followed before those of the damping itself:
+/// they serve all dampings, and what they tell does not depend on what else was asked.
+const PLACES: usize = 5;
 
 /// The edge of a basin: the outermost slip cycle that repels. With a drop of friction, between C(V) and eps c*,
 /// the orbit that grazes the belt line, closed by a piece of that line.
@@ -37,26 +44,34 @@ pub struct BasinBoundary {
     pub separates: [Neighbour; 2],
 }
 
-/// The attractors of one friction curve and belt speed, for all dampings.
+/// The attractors of one friction curve and belt speed, for all dampings. Each piece of knowledge is computed when an answer
+/// needs it, once, within a quota of its own: an answer is the same in any order of questions, and from any thread.
 pub struct Behaviour<'a> {
     curve: &'a Curve,
     belt_speed: f64,
+    effort: Effort,
     hopf: HopfRate<'a>,
-    /// Bounds of the even part of the weakening rate about the belt speed, computed on first use.
-    even: OnceCell<Range>,
-    /// Whether at most one slip cycle is proved to exist at each damping; computed on first use.
-    has_one_at_most: OnceCell<bool>,
+    /// Bounds of the even part of the weakening rate about the belt speed.
+    even: OnceLock<Range>,
+    /// Whether at most one slip cycle is proved to exist at each damping.
+    has_one_at_most: OnceLock<bool>,
     /// Coarse backbones, each with twice as many nodes as the one before. Every damping tries them in this
     /// order, so that its answer does not depend on other dampings.
-    coarse: RefCell<Vec<Result<Backbone, Failure>>>,
-    /// The backbone of full accuracy, computed on first use.
-    fine: OnceCell<Result<Backbone, Failure>>,
-    /// Where loops far beyond the exit point lead; computed on first use.
-    far: OnceCell<FarLoops<'a>>,
-    /// C(V) of a curve with a drop, with its error; computed on first use.
-    grazing: OnceCell<Option<CriticalDamping>>,
-    /// The smallest eps c, so far, at which the search found no orbit that crosses the belt line for ever.
-    none_cross_from: Cell<f64>,
+    coarse: Mutex<Coarse>,
+    /// The backbone of full accuracy.
+    fine: OnceLock<Result<Backbone, Failure>>,
+    /// Where loops far beyond the exit point lead.
+    far: OnceLock<FarLoops<'a>>,
+    /// C(V) of a curve with a drop, with its error.
+    grazing: OnceLock<Option<CriticalDamping>>,
+    /// Whether some orbits cross for ever at a damping, by its bits.
+    crosses: Mutex<HashMap<u64, Option<bool>>>,
+}
+
+/// The coarse backbones so far, and what is left of their quota.
+struct Coarse {
+    levels: Vec<Result<Arc<Backbone>, Failure>>,
+    work: Work,
 }
 
 /// Keeps the behaviour of the last column that was requested. Columns that differ only in eps share it if the
@@ -77,61 +92,33 @@ impl<'a> Behaviours<'a> {
     }
 }
 
-/// The properties of a column at one damping that are known before its cycles.
-#[derive(Clone, Copy)]
-struct Ends {
-    /// Whether the equilibrium attracts.
-    stable: bool,
-    /// Whether the orbit from (V, 0) returns to the belt line: without a drop that from the exit point.
-    returns: bool,
-}
-
 impl<'a> Behaviour<'a> {
     /// The behaviour of a curve at a belt speed; nothing is computed yet.
     pub fn new(curve: &'a Curve, belt_speed: f64) -> Self {
+        Self::with(Effort::Whole, curve, belt_speed)
+    }
+
+    /// [`Self::new`] with an effort.
+    pub fn with(effort: Effort, curve: &'a Curve, belt_speed: f64) -> Self {
+        let coarse = Coarse { levels: Vec::new(), work: Work::with(effort, Piece::CoarseBackbones, curve) };
         Self {
             curve,
             belt_speed,
+            effort,
             hopf: HopfRate::new(curve, belt_speed),
-            even: OnceCell::new(),
-            has_one_at_most: OnceCell::new(),
-            coarse: RefCell::default(),
-            fine: OnceCell::new(),
-            far: OnceCell::new(),
-            grazing: OnceCell::new(),
-            none_cross_from: Cell::new(f64::INFINITY),
+            even: OnceLock::new(),
+            has_one_at_most: OnceLock::new(),
+            coarse: Mutex::new(coarse),
+            fine: OnceLock::new(),
+            far: OnceLock::new(),
+            grazing: OnceLock::new(),
+            crosses: Mutex::default(),
         }
     }
 
-    /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, with bounds
-    /// of their amplitudes that are as narrow as possible; `None` if the cycles are unknown.
-    fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
-        let cycles = self.count(viscous, end)?;
-        // The fine one is dear, and serves all dampings.
-        let fine =
-            (!cycles.is_empty() && !self.curve.weakening_is_convex()).then(|| self.backbone()).flatten();
-        let narrowed = |cycle| fine.map_or(cycle, |fine| fine.narrowed(cycle, viscous));
-        Some(cycles.into_iter().map(narrowed).collect())
-    }
-
-    /// The slip cycles between any bounds: for their number and their stability.
-    pub fn count(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
-        self.cycles(viscous, end, |ends| {
-            self.read(viscous, |backbone| backbone.cycles(viscous, ends.stable, ends.returns))
-        })
-    }
-
-    /// The reason why the slip cycles are unknown, where they are.
-    pub fn slip_cycles_unknown(&self, oscillator: &Oscillator, flow: &Flow) -> Option<Unknown> {
-        if self.slip_cycles(oscillator.viscous, End::of(flow)).is_some() {
-            return None;
-        }
-        match (oscillator.stability(), self.fine.get(), self.coarse.borrow().last(), flow.fate) {
-            (Stability::Neutral, ..) => Some(Unknown::Neutral),
-            (_, Some(Err(failed)), ..) | (_, _, Some(Err(failed)), _) => Some((*failed).into()),
-            (.., Fate::Failed(failed)) => Some(failed.into()),
-            _ => Some(Unknown::TooClose),
-        }
+    /// The column at the damping of an oscillator, where the orbit from the exit point ends as `end`.
+    pub fn at<'b>(&'b self, oscillator: &'b Oscillator, end: End, tolerance: f64) -> At<'b, 'a> {
+        At { behaviour: self, oscillator, end, tolerance, cycles: OnceCell::new() }
     }
 
     /// Whether the equilibrium attracts at eps c = `viscous`; `None` where it is neutral. Where friction is
@@ -153,75 +140,72 @@ impl<'a> Behaviour<'a> {
             None => {}
             known => return known,
         }
-        let column = || Column {
-            curve: self.curve.without_drop(),
-            epsilon: 1.0,
-            belt_speed: self.belt_speed,
-            unit: 1.0,
-        };
-        let grazing = self.grazing.get_or_init(|| critical_damping(&column(), GRAZING).ok());
-        let CriticalDamping { c, error, .. } = (*grazing)?;
+        let CriticalDamping { c, error, .. } = (*self.grazing.get_or_init(|| {
+            let curve = self.curve.without_drop();
+            let column = Column { curve, epsilon: 1.0, belt_speed: self.belt_speed, unit: 1.0 };
+            critical_damping_with(self.effort, &column, GRAZING).ok()
+        }))?;
         ((c - viscous).abs() > error).then_some(viscous < c)
     }
 
-    /// The slip cycles, by the even part, where at most one is proved to exist, or else as `read` from a backbone.
-    fn cycles(
-        &self,
-        viscous: f64,
-        end: End,
-        read: impl FnOnce(Ends) -> Option<Vec<CycleRange>>,
-    ) -> Option<Vec<CycleRange>> {
-        let stable = self.equilibrium_attracts(viscous)?;
+    /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, between any bounds: for their
+    /// number and their stability. By the even part, where at most one is proved to exist, or else by a backbone.
+    ///
+    /// # Errors
+    /// [`Unknown`].
+    pub fn count(&self, viscous: f64, end: End) -> Result<Vec<CycleRange>, Unknown> {
+        let stable = self.equilibrium_attracts(viscous).ok_or(Unknown::Neutral)?;
         let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
         if even.excludes(viscous) {
-            return Some(Vec::new());
+            return Ok(Vec::new());
         }
-        let returns = self.grazing_returns(viscous, end)?;
+        let returns = self.grazing_returns(viscous, end).ok_or(Unknown::TooClose)?;
         let curve = self.curve;
         if *self.has_one_at_most.get_or_init(|| curve.has_one_slip_cycle_at_most(self.belt_speed)) {
             // A repelling one if the equilibrium is stable and the orbit returns, an attracting one if neither holds.
-            let between = [0.0, self.belt_speed];
-            let one = CycleRange::between(between, !returns);
-            return Some(if stable == returns { vec![one] } else { Vec::new() });
+            let one = CycleRange::between([0.0, self.belt_speed], !returns);
+            return Ok(if stable == returns { vec![one] } else { Vec::new() });
         }
-        read(Ends { stable, returns })
+        self.read(viscous, |backbone| backbone.cycles(viscous, stable, returns))?.ok_or(Unknown::TooClose)
     }
 
     /// What is read from the first coarse backbone that is reliable at `viscous`, from the last where it is rough, or else
     /// from the fine one.
-    fn read<T>(&self, viscous: f64, read: impl FnOnce(&Backbone) -> Option<T>) -> Option<T> {
-        let mut coarse = self.coarse.borrow_mut();
-        let mut level = 0;
-        loop {
-            if level == coarse.len() {
-                let finer = match coarse.last() {
-                    None => Backbone::coarsest(self.curve, self.belt_speed, COARSE).map(Some),
-                    Some(Ok(last)) => last.refined(self.curve, COARSE),
-                    // Where a coarse backbone fails, a fine one does.
-                    Some(Err(_)) => return None,
-                };
-                match (finer.transpose(), coarse.last()) {
-                    (Some(finer), _) => coarse.push(finer),
-                    (None, Some(Ok(last))) if last.is_rough(self.curve) => return read(last),
-                    (None, _) => return read(self.backbone()?),
-                }
-            }
-            match &coarse[level] {
-                Ok(backbone) if backbone.is_reliable_at(viscous) => return read(backbone),
-                _ => level += 1,
+    fn read<T>(&self, viscous: f64, read: impl FnOnce(&Backbone) -> T) -> Result<T, Failure> {
+        for level in 0.. {
+            let Some(coarse) = self.coarse(level) else { break };
+            // Where a coarse backbone fails, a fine one does.
+            let coarse = coarse?;
+            let is_last = || self.coarse(level + 1).is_none() && coarse.is_rough(self.curve);
+            if coarse.is_reliable_at(viscous) || is_last() {
+                return Ok(read(&coarse));
             }
         }
+        Ok(read(self.backbone()?))
     }
 
-    /// The backbone of full accuracy; `None` where an orbit fails.
-    pub fn backbone(&self) -> Option<&Backbone> {
-        let make = || Backbone::of_curve(self.curve, self.belt_speed, BACKBONE_TOLERANCE);
-        self.fine.get_or_init(make).as_ref().ok()
+    /// A coarse backbone; `None` where the one before would not be improved.
+    fn coarse(&self, level: usize) -> Option<Result<Arc<Backbone>, Failure>> {
+        let mut coarse = self.coarse.lock().unwrap_or_else(PoisonError::into_inner);
+        let Coarse { levels, work } = &mut *coarse;
+        if level == levels.len() {
+            let finer = match levels.last() {
+                None => Backbone::coarsest(self.curve, self.belt_speed, COARSE, work).map(Some),
+                Some(Ok(last)) => last.refined(self.curve, COARSE, work),
+                Some(Err(why)) => Err(*why),
+            };
+            levels.extend(finer.transpose().map(|finer| finer.map(Arc::new)));
+        }
+        levels.get(level).cloned()
     }
 
-    /// The reason why the backbone of full accuracy is unknown, if it was asked for.
-    pub fn backbone_unknown(&self) -> Option<Unknown> {
-        self.fine.get()?.as_ref().err().map(|failed| (*failed).into())
+    /// The backbone of full accuracy.
+    ///
+    /// # Errors
+    /// [`Failure`] of an orbit.
+    pub fn backbone(&self) -> Result<&Backbone, Failure> {
+        let make = || Backbone::with(self.effort, self.curve, self.belt_speed, BACKBONE_TOLERANCE);
+        self.fine.get_or_init(make).as_ref().map_err(|failed| *failed)
     }
 
     /// The regime at eps c = `viscous`: the set of attractors, from the backbone `interpolated` where it
@@ -239,7 +223,7 @@ impl<'a> Behaviour<'a> {
     ) -> Regime {
         let Some(equilibrium) = self.equilibrium_attracts(viscous) else { return Regime::Neutral };
         let by_interpolation = || interpolated?.attracts(viscous, equilibrium, end.returns()?);
-        let counted = || Some(self.count(viscous, end)?.iter().any(|cycle| cycle.is_stable));
+        let counted = || Some(self.count(viscous, end).ok()?.iter().any(|cycle| cycle.is_stable));
         let attractors = || {
             end.returns()?;
             Some(Attractors {
@@ -257,40 +241,68 @@ impl<'a> Behaviour<'a> {
         self.regime(oscillator.viscous, End::of(flow), None, false)
     }
 
-    /// All slip cycles of a point, by growing amplitude.
-    fn located(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
-        match self.slip_cycles(oscillator.viscous, End::of(flow)) {
-            Some(all) => all.iter().map(|cycle| locate(oscillator, cycle, tolerance.min(TIGHT))).collect(),
-            None => Err(self.slip_cycles_unknown(oscillator, flow).unwrap_or(Unknown::TooClose)),
-        }
+    /// All slip cycles of a point, by growing amplitude; `flow` is that of its orbit from the exit point.
+    ///
+    /// # Errors
+    /// [`Unknown`].
+    pub fn slip_cycles(
+        &self,
+        oscillator: &Oscillator,
+        flow: &Flow,
+        tolerance: f64,
+    ) -> Result<Vec<Cycle>, Unknown> {
+        self.at(oscillator, End::of(flow), tolerance).slip_cycles().map_err(|why| because(why, flow))
     }
 
     /// The long-run behaviour of a point, as [`Self::regime_of`]; what was counted and does not close is no regime.
     pub fn long_run(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
-        let slip = self.located(oscillator, flow, tolerance);
+        let at = self.at(oscillator, End::of(flow), tolerance);
+        let slip = at.slip_cycles().map_err(|why| because(why, flow));
         LongRun {
             regime: match slip {
                 Err(Unknown::NotClosed) => Regime::Failed,
                 _ => self.regime_of(oscillator, flow),
             },
             slip,
-            cycle: self.attracting_cycle(oscillator, End::of(flow), tolerance),
-            basin: self.basin_boundary(oscillator, End::of(flow), tolerance),
+            cycle: at.attracting_cycle(),
+            basin: at.basin_boundary(),
         }
     }
 
     /// Whether some orbits cross the belt line for ever, though the orbit from the exit point does not;
     /// `None` if unknown. If no orbit does at one damping, none does at a larger one.
     fn some_cross_for_ever(&self, viscous: f64) -> Option<bool> {
-        if viscous >= self.none_cross_from.get() {
-            return Some(false);
+        if let Some(known) = no_loop_needed(&self.oscillator(viscous), self.far()) {
+            return Some(known);
         }
-        let oscillator = Oscillator { curve: self.curve.clone(), viscous, belt_speed: self.belt_speed };
-        let some = some_cross_for_ever(&oscillator, self.far()).ok()?;
-        if !some {
-            self.none_cross_from.set(viscous);
+        // About the damping from which on friction, which changes x2 by 1 at most, carries no orbit across.
+        let most = 2.0 / self.belt_speed;
+        let [mut low, mut high] = [0.0, most];
+        for _ in 0..PLACES {
+            let middle = 0.5 * (low + high);
+            match self.some_cross_at(middle) {
+                Some(true) if viscous <= middle => return Some(true),
+                Some(false) if viscous >= middle => return Some(false),
+                _ => {}
+            }
+            *(if viscous < middle { &mut high } else { &mut low }) = middle;
         }
-        Some(some)
+        self.some_cross_at(viscous)
+    }
+
+    fn some_cross_at(&self, viscous: f64) -> Option<bool> {
+        let known = || self.crosses.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = known().get(&viscous.to_bits()) {
+            return *known;
+        }
+        let work = Work::with(self.effort, Piece::Loops, self.curve).part(PLACES + 1);
+        let some = some_cross_for_ever(&self.oscillator(viscous), self.far(), &work).ok();
+        known().insert(viscous.to_bits(), some);
+        some
+    }
+
+    fn oscillator(&self, viscous: f64) -> Oscillator {
+        Oscillator { curve: self.curve.clone(), viscous, belt_speed: self.belt_speed }
     }
 
     /// Where loops lead that stay at slip speeds at which friction resists.
@@ -302,46 +314,94 @@ impl<'a> Behaviour<'a> {
     pub fn left_out_from(&self) -> Option<f64> {
         self.far.get()?.left_out_from()
     }
+}
+
+/// The reason why slip cycles are unknown: where it is that the orbit from the exit point is, the reason for that.
+fn because(why: Unknown, flow: &Flow) -> Unknown {
+    match (why, flow.fate) {
+        (Unknown::TooClose, Fate::Failed(failed)) => failed.into(),
+        _ => why,
+    }
+}
+
+/// A column at one damping: what has a size there. The count, the regime, the edge of the basin and the list of slip cycles
+/// are read from one list.
+pub struct At<'b, 'a> {
+    behaviour: &'b Behaviour<'a>,
+    oscillator: &'b Oscillator,
+    end: End,
+    tolerance: f64,
+    /// The slip cycles by growing amplitude, each located when it is asked for.
+    cycles: OnceCell<Result<Vec<Located>, Unknown>>,
+}
+
+/// A slip cycle that may have been located.
+type Located = (CycleRange, OnceCell<Result<Cycle, Unknown>>);
+
+impl At<'_, '_> {
+    /// The slip cycles, with bounds of their amplitudes that are as narrow as possible.
+    fn cycles(&self) -> Result<&[Located], Unknown> {
+        let Self { behaviour, oscillator: Oscillator { viscous, .. }, end, .. } = *self;
+        let make = || {
+            let cycles = behaviour.count(*viscous, end)?;
+            // The fine one is dear, and serves all dampings.
+            let fine = (!cycles.is_empty() && !behaviour.curve.weakening_is_convex())
+                .then(|| behaviour.backbone().ok())
+                .flatten();
+            let narrowed = |cycle| fine.map_or(cycle, |fine| fine.narrowed(cycle, *viscous));
+            Ok(cycles.into_iter().map(|cycle| (narrowed(cycle), OnceCell::new())).collect())
+        };
+        self.cycles.get_or_init(make).as_deref().map_err(|why| *why)
+    }
+
+    fn located(&self, cycles: &[Located], position: usize) -> Result<Cycle, Unknown> {
+        let (range, found) = &cycles[position];
+        let tolerance = self.tolerance.min(TIGHT);
+        *found.get_or_init(|| locate(self.oscillator, range, tolerance, cycles.len()))
+    }
+
+    /// All slip cycles, by growing amplitude.
+    ///
+    /// # Errors
+    /// [`Unknown`].
+    pub fn slip_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
+        let cycles = self.cycles()?;
+        (0..cycles.len()).map(|position| self.located(cycles, position)).collect()
+    }
 
     /// The attracting cycle: the cycle that the orbit from the exit point reaches, or else the largest
-    /// attracting slip cycle. `None` if there is none, or if its orbit cannot be computed. That orbit ends as `end`.
-    pub fn attracting_cycle(&self, oscillator: &Oscillator, end: End, tolerance: f64) -> Option<Cycle> {
-        match end {
-            End::Sticks => Some(landing_and_cycle(oscillator, tolerance).ok()??.1),
+    /// attracting slip cycle. `None` if there is none, or if its orbit cannot be computed.
+    pub fn attracting_cycle(&self) -> Option<Cycle> {
+        match self.end {
+            End::Sticks => Some(landing_and_cycle(self.oscillator, self.tolerance).ok()??.1),
             End::Crosses => {
-                let cycles = crossing_cycles(oscillator, self.far(), tolerance).all().ok()?;
-                cycles.into_iter().find(Cycle::is_stable)
+                let cycles = crossing_cycles(self.oscillator, self.behaviour.far(), self.tolerance);
+                cycles.all().ok()?.into_iter().find(Cycle::is_stable)
             }
             End::Inward => {
-                let cycle =
-                    self.slip_cycles(oscillator.viscous, end)?.into_iter().rfind(|cycle| cycle.is_stable)?;
-                locate(oscillator, &cycle, tolerance.min(TIGHT)).ok()
+                let cycles = self.cycles().ok()?;
+                self.located(cycles, cycles.iter().rposition(|(cycle, _)| cycle.is_stable)?).ok()
             }
             End::TooClose | End::Failed => None,
         }
     }
 
     /// The boundary between basins; `None` if there is none, or if its orbit cannot be computed.
-    pub fn basin_boundary(&self, oscillator: &Oscillator, end: End, tolerance: f64) -> Option<BasinBoundary> {
-        let cycles = self.slip_cycles(oscillator.viscous, end)?;
-        if self.grazing_returns(oscillator.viscous, end)? != end.returns()? {
-            let (kick, g) = kick_onto_grazing(oscillator, tolerance.min(TIGHT)).ok()??;
-            let fragile_time = Some(g / self.belt_speed);
+    pub fn basin_boundary(&self) -> Option<BasinBoundary> {
+        let Self { behaviour, oscillator, end, .. } = *self;
+        let cycles = self.cycles().ok()?;
+        let tolerance = self.tolerance.min(TIGHT);
+        if behaviour.grazing_returns(oscillator.viscous, end)? != end.returns()? {
+            let (kick, g) = kick_onto_grazing(oscillator, tolerance).ok()??;
+            let fragile_time = Some(g / behaviour.belt_speed);
             let inside = if cycles.is_empty() { Neighbour::Equilibrium } else { Neighbour::SlipCycle };
             let outside = if end == End::Crosses { Neighbour::Crossing } else { Neighbour::StickSlip };
-            let radius = self.belt_speed;
-            return Some(BasinBoundary {
-                cycle: None,
-                radius,
-                kick,
-                fragile_time,
-                separates: [inside, outside],
-            });
+            let (cycle, radius, separates) = (None, behaviour.belt_speed, [inside, outside]);
+            return Some(BasinBoundary { cycle, radius, kick, fragile_time, separates });
         }
         // Cycles inside the outermost that repels separate smaller basins.
-        let position = cycles.iter().rposition(|cycle| !cycle.is_stable)?;
-        let tolerance = tolerance.min(TIGHT);
-        let cycle = locate(oscillator, &cycles[position], tolerance).ok()?;
+        let position = cycles.iter().rposition(|(cycle, _)| !cycle.is_stable)?;
+        let cycle = self.located(cycles, position).ok()?;
         let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;
         // Cycles alternate in stability.
         let inside = if position == 0 { Neighbour::Equilibrium } else { Neighbour::SlipCycle };
@@ -382,7 +442,7 @@ pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun
 /// # Errors
 /// [`Unknown`].
 pub fn slip_cycles(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
-    Behaviour::new(&oscillator.curve, oscillator.belt_speed).located(oscillator, flow, tolerance)
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).slip_cycles(oscillator, flow, tolerance)
 }
 
 /// The words for orbits that are left out: friction pushes from the slip speed `from` on.
@@ -401,13 +461,12 @@ pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
 #[must_use]
 pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
-    behaviour.count(oscillator.viscous, End::of(flow)).map(|cycles| cycles.len())
+    behaviour.count(oscillator.viscous, End::of(flow)).ok().map(|cycles| cycles.len())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::slip_cycle::slip_cycles;
     use slipmap_model::friction::{Expression, Law};
     use slipmap_orbits::arc::{SlipTurn, turn};
     use slipmap_orbits::flow;
@@ -439,7 +498,7 @@ mod tests {
         let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.2, 0.15).unwrap());
         let answer = flow(&oscillator, 1e-9);
         let kick = long_run(&oscillator, &answer, 1e-9).basin.unwrap().kick;
-        let cycles = slip_cycles(&oscillator, TIGHT).unwrap();
+        let cycles = slip_cycles(&oscillator, &answer, TIGHT).unwrap();
         let [.., repels, last] = &cycles[..] else { panic!("{cycles:?}") };
         assert!(last.is_stable() && !repels.is_stable());
         let other = kick_onto(&oscillator, repels, TIGHT).unwrap();

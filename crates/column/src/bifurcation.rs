@@ -20,7 +20,7 @@ use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::flow::Failure;
 use slipmap_model::friction::Column;
 use slipmap_numbers::named;
-use slipmap_orbits::work::{QUESTION, Work};
+use slipmap_orbits::{Piece, Work};
 
 /// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
 const COARSER: f64 = 100.0;
@@ -46,9 +46,9 @@ named! {
 
 /// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law or of a
 /// compiled one: some four seconds. The curves of the gallery are complete within it.
-pub const CURVE_WORK: u64 = 8 * QUESTION;
-/// Work of one test at the most: two of [`Work`].
-const TEST_WORK: u64 = 2 * QUESTION;
+pub const CURVE_WORK: u64 = 14 * TEST_WORK;
+/// Work of one test at the most.
+const TEST_WORK: u64 = Piece::Test.quota();
 /// The most work for the curves of a kind: the tests of one batch may exceed the budget.
 pub const MOST_CURVE_WORK: u64 = CURVE_WORK + BATCH as u64 * TEST_WORK;
 
@@ -81,7 +81,7 @@ impl Bifurcation {
     /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown. Its work is added
     /// to `work`.
     pub fn test(self, oscillator: &Oscillator, tolerance: f64, work: &CurveWork) -> Option<TestValue> {
-        let own = Work::of_question(&oscillator.curve);
+        let own = Work::of(Piece::Test, &oscillator.curve);
         let value = self.test_within(oscillator, tolerance, &own);
         work.add(1 + own.spent());
         value
@@ -161,7 +161,7 @@ fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestVa
     let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
     let found = critical_damping(&column, tolerance);
     // A search that failed may have taken all of its budget.
-    work.spend_compiled(found.map_or(QUESTION, |found| work_of(&column, &found))).ok()?;
+    work.spend_compiled(found.map_or(Piece::Critical.quota(), |found| work_of(&column, &found))).ok()?;
     let critical = found.and_then(CriticalDamping::known).ok()?;
     Some(TestValue { value: PI * (critical.c - viscous), error: PI * critical.error })
 }

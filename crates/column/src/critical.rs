@@ -5,7 +5,7 @@ use slipmap_model::flow::{Failure, Fate};
 use slipmap_model::friction::Column;
 use slipmap_numbers::text::rounded;
 use slipmap_orbits::grazing::{Belt, grazing_dampings};
-use slipmap_orbits::{Closing, flow};
+use slipmap_orbits::{Closing, Effort, Piece, Work, flow_within};
 
 /// Largest error of a number that is told, as a share of it. A number with a larger error is withheld.
 const LARGEST_ERROR: f64 = 0.01;
@@ -53,6 +53,9 @@ pub enum NoCriticalDamping {
     /// No engine could follow the orbit that grazes the belt line.
     #[error("the orbit that grazes the belt line cannot be followed")]
     NotFollowed,
+    /// The search takes more work than its quota.
+    #[error("{}", Failure::Quota)]
+    Quota,
     /// Another engine contradicts what was found.
     #[error("two engines contradict each other about it")]
     Contradicted,
@@ -73,12 +76,26 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-    let belts: Vec<Belt> = columns.iter().map(|column| (&column.curve, column.belt_speed)).collect();
-    let answer = |(column, found): (&Column, Result<Closing, u64>)| {
-        let Closing { viscous, error, rhs, .. } = found.map_err(|_| NoCriticalDamping::NotFollowed)?;
+    critical_dampings_with(Effort::Whole, columns, tolerance)
+}
+
+/// [`critical_dampings`] with an effort.
+#[must_use]
+pub fn critical_dampings_with(
+    effort: Effort,
+    columns: &[Column],
+    tolerance: f64,
+) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
+    let quota = |column: &Column| Work::with(effort, Piece::Critical, &column.curve);
+    let works: Vec<Work> = columns.iter().map(quota).collect();
+    let belts = columns.iter().zip(&works).map(|(column, work)| (&column.curve, column.belt_speed, work));
+    let belts: Vec<Belt> = belts.collect();
+    let answer = |((column, work), found): ((&Column, &Work), Result<Closing, u64>)| {
+        let why = || if work.left() == 0 { NoCriticalDamping::Quota } else { NoCriticalDamping::NotFollowed };
+        let Closing { viscous, error, rhs, .. } = found.map_err(|_| why())?;
         Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
     };
-    columns.iter().zip(grazing_dampings(&belts, tolerance)).map(answer).collect()
+    columns.iter().zip(&works).zip(grazing_dampings(&belts, tolerance)).map(answer).collect()
 }
 
 /// The critical damping of one column, see [`critical_dampings`].
@@ -86,7 +103,19 @@ pub fn critical_dampings(
 /// # Errors
 /// [`NoCriticalDamping`] where the orbit cannot be followed.
 pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDamping, NoCriticalDamping> {
-    critical_dampings(std::slice::from_ref(column), tolerance)[0]
+    critical_damping_with(Effort::Whole, column, tolerance)
+}
+
+/// [`critical_damping`] with an effort.
+///
+/// # Errors
+/// As there.
+pub fn critical_damping_with(
+    effort: Effort,
+    column: &Column,
+    tolerance: f64,
+) -> Result<CriticalDamping, NoCriticalDamping> {
+    critical_dampings_with(effort, std::slice::from_ref(column), tolerance)[0]
 }
 
 /// From which damping on the orbit from the exit point sticks.
@@ -114,8 +143,15 @@ impl SticksFrom {
 /// Along c the fates have a fixed order: crossing, sticking, inward. So an orbit that crosses bounds that damping from
 /// below, and one that sticks from above. An orbit that fails, or is too close to call, does neither.
 #[must_use]
-pub fn sticks_from(column: &Column, [low, high]: [f64; 2], halvings: u32, tolerance: f64) -> SticksFrom {
-    let fate_at = |c: f64| flow(&Oscillator::in_column(column, c), tolerance).fate;
+pub fn sticks_from(
+    effort: Effort,
+    column: &Column,
+    [low, high]: [f64; 2],
+    halvings: u32,
+    tolerance: f64,
+) -> SticksFrom {
+    let work = Work::with(effort, Piece::SticksFrom, &column.curve);
+    let fate_at = |c: f64| flow_within(&Oscillator::in_column(column, c), tolerance, &work).fate;
     let (mut below, mut fate, mut sticking) = (low, fate_at(low), high);
     if matches!(fate, Fate::Sticks(_) | Fate::SpiralsInward) {
         return SticksFrom { between: [low; 2], failure: None };
@@ -227,7 +263,9 @@ mod tests {
             law.column(&law.point(1.0, &[], 0.5, 0.0).unwrap())
         };
         let critical = critical_damping(&column(41), 1e-9).unwrap().c;
-        let of = |number: u32, low: f64| sticks_from(&column(number), [low, critical], HALVINGS, 1e-9);
+        let of = |number: u32, low: f64| {
+            sticks_from(Effort::Whole, &column(number), [low, critical], HALVINGS, 1e-9)
+        };
         let short = of(41, 0.29);
         // By another integration the law itself reaches the end of the data at c = 0.3162127; steps may pass it by 1e-5.
         assert!(short.between[0] == 0.29 && (short.between[1] - 0.316_212_7).abs() < 2e-5, "{short:?}");
@@ -268,7 +306,7 @@ mod tests {
                 assert!(found.error <= 1e-8 * exact, "{found:?}");
             }
             for (share, returns) in [(0.9, true), (1.1, false)] {
-                let fate = flow(&Oscillator::in_column(&column, share * exact), 1e-9).fate;
+                let fate = slipmap_orbits::flow(&Oscillator::in_column(&column, share * exact), 1e-9).fate;
                 assert_eq!(matches!(fate, Fate::Sticks(_)), returns, "{exact} {share}: {fate:?}");
             }
         }

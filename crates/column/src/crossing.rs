@@ -19,7 +19,7 @@ use slipmap_orbits::Cycle;
 use slipmap_orbits::arc::{Extent, LowerEnd, State, Walk};
 use slipmap_orbits::far_loops::FarLoops;
 use slipmap_orbits::fate_and_extent;
-use slipmap_orbits::work::Work;
+use slipmap_orbits::{Piece, Work};
 
 /// Number of values of y per factor of ten at which the sign of y' - y is computed first.
 const PER_DECADE: i32 = 8;
@@ -114,7 +114,7 @@ fn loop_within(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> 
 /// line, it is 2 (2 - j) plus the distance beyond the exit point at which the orbit crosses again; below that
 /// the orbit sticks. The orbit follows the compiled law.
 pub fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<f64, Failure> {
-    reach_within(oscillator, beyond_exit, tolerance, &Work::of_question(&oscillator.curve))
+    reach_within(oscillator, beyond_exit, tolerance, &Work::of(Piece::Loops, &oscillator.curve))
 }
 
 pub(super) fn reach_within(
@@ -306,25 +306,31 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Returns whether some orbits cross the belt line for ever: whether a loop leads outward. They tend to a
-/// crossing cycle, or grow. Loops are followed inward from where all others lead inward.
-pub fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops) -> Result<bool, Unknown> {
+/// Whether some orbits cross the belt line for ever, where that takes no loop to know.
+pub(super) fn no_loop_needed(oscillator: &Oscillator, far: &FarLoops) -> Option<bool> {
     let settled_from = far.inward_from(oscillator.viscous);
     if settled_from == 0.0 || contracts(oscillator, settled_from) {
-        return Ok(false);
+        return Some(false);
     }
-    if settled_from == f64::INFINITY && far.outward_from(oscillator.viscous) < f64::INFINITY {
-        return Ok(true);
+    let all_grow = settled_from == f64::INFINITY && far.outward_from(oscillator.viscous) < f64::INFINITY;
+    all_grow.then_some(true)
+}
+
+/// Returns whether some orbits cross the belt line for ever: whether a loop leads outward. They tend to a
+/// crossing cycle, or grow. Loops are followed inward from where all others lead inward.
+pub fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops, work: &Work) -> Result<bool, Unknown> {
+    if let Some(known) = no_loop_needed(oscillator, far) {
+        return Ok(known);
     }
+    let settled_from = far.inward_from(oscillator.viscous);
     let unit = oscillator.belt_speed.max(1.0);
-    let work = Work::of_question(&oscillator.curve);
-    let search = Search::new(oscillator, far, DIRECTION_TOLERANCE, &work);
+    let search = Search::new(oscillator, far, DIRECTION_TOLERANCE, work);
     // From outside: loops are nested, so that none between a loop and the next leads outward.
     let is_settled = settled_from < f64::INFINITY;
     let mut y = if is_settled { settled_from } else { unit * 10_f64.powi(LAST_DECADE) };
     let mut last: Option<Node> = None;
     while y > unit * 10_f64.powi(FIRST_DECADE) {
-        let end = loop_within(oscillator, y, DIRECTION_TOLERANCE, &work)?;
+        let end = loop_within(oscillator, y, DIRECTION_TOLERANCE, work)?;
         let here = Node::of(y, &end);
         let outward = matches!(end, Loop::Crosses { beyond_exit, .. } if beyond_exit >= y);
         if outward && !here.is_flat(DIRECTION_TOLERANCE) {
@@ -376,7 +382,7 @@ pub fn crossing_cycles(oscillator: &Oscillator, far: &FarLoops, tolerance: f64) 
     };
     let unit = oscillator.belt_speed.max(1.0);
     let farthest = if known_from < f64::INFINITY { known_from } else { unit * 10_f64.powi(LAST_DECADE) };
-    let work = Work::of_question(&oscillator.curve);
+    let work = Work::of(Piece::Loops, &oscillator.curve);
     let search = Search::new(oscillator, far, tolerance, &work);
     // Inward from the first place at which the direction of all larger loops is known. A loop that does not
     // cross again excludes all cycles inside it.
@@ -504,7 +510,8 @@ mod tests {
         let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.0, 0.0).unwrap());
         let far = FarLoops::new(&oscillator.curve, 1.0);
         assert!((1e11..1e13).contains(&far.outward_from(0.0)) && far.inward_from(0.0) == f64::INFINITY);
-        assert_eq!(some_cross_for_ever(&oscillator, &far), Ok(true));
+        let work = Work::of(Piece::Loops, &oscillator.curve);
+        assert_eq!(some_cross_for_ever(&oscillator, &far, &work), Ok(true));
     }
 
     #[test]

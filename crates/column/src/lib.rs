@@ -19,7 +19,7 @@ pub mod sensitivity;
 pub mod slip_cycle;
 mod verdict;
 
-pub use behaviour::{BasinBoundary, Behaviour, Behaviours, LongRun, long_run};
+pub use behaviour::{At, BasinBoundary, Behaviour, Behaviours, LongRun, long_run};
 pub use behaviour::{left_out, regime, slip_cycle_count, slip_cycles};
 pub use critical::{CriticalDamping, HALVINGS, NoCriticalDamping, SticksFrom, critical_damping, sticks_from};
 pub use end::End;

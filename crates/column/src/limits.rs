@@ -37,7 +37,7 @@ use slipmap_model::filippov::Oscillator;
 use slipmap_model::flow::{Fate, Flow};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
-use slipmap_orbits::flow;
+use slipmap_orbits::{Effort, flow_with};
 
 /// The smallest eps at which methods are evaluated; their verdicts below it are taken to be the same.
 pub const LOWEST: f64 = 1e-6;
@@ -61,7 +61,7 @@ const SECTIONS: u32 = 24;
 /// Budget of a ray and its limits: evaluations of the right-hand side, in units of that of the Stribeck law
 /// (see [`Curve::cost`](slipmap_model::friction::Curve::cost)). Rays of moderate parameters take a tenth of it,
 /// without the naive methods.
-pub const WORK: u64 = 6_000_000;
+pub const WORK: u64 = 4_000_000;
 
 /// Reason why a limit is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -325,7 +325,7 @@ impl Ray {
 
     fn flow_at(&self, epsilon: f64) -> Result<FlowAt, Unknown> {
         let oscillator = Oscillator::in_column(&self.column(epsilon)?, self.point.damping);
-        let flow = flow(&oscillator, self.tolerance);
+        let flow = flow_with(Effort::Small, &oscillator, self.tolerance);
         self.spend(flow.rhs * oscillator.curve.cost())?;
         match flow.fate {
             Fate::Failed(_) => Err(Unknown::NoFlow),

@@ -25,7 +25,7 @@ use slipmap_numbers::gauss::Rule;
 use slipmap_numbers::jet::Jet;
 use slipmap_orbits::arc::{LowerEnd, State, Walk};
 use slipmap_orbits::dop853::STAGES;
-use slipmap_orbits::work::Work;
+use slipmap_orbits::{Piece, Work};
 
 /// Error of the critical damping, in units of the divergence.
 const CRITICAL: f64 = 1e-13;
@@ -120,7 +120,7 @@ pub fn sensitivity_of_any_sign(column: &Column) -> Result<Sensitivity, NoSensiti
 
 /// The derivatives on the orbit that grazes at the damping `critical`.
 fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensitivity> {
-    let work = Work::of_question(&column.curve);
+    let work = Work::of(Piece::Sensitivity, &column.curve);
     // What the curve between rows could be jumps within their pieces.
     let edges = column.curve.table().map(Table::meets).unwrap_or_default();
     let orbit = |c: f64, tolerance: f64| grazing_orbit(column, c, tolerance, &edges, &work);
@@ -190,7 +190,7 @@ fn standard_errors(
 /// [`NoSensitivity`].
 pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSensitivity> {
     let critical = legal_critical_damping(column)?;
-    let work = Work::of_question(&column.curve);
+    let work = Work::of(Piece::Sensitivity, &column.curve);
     let c = beyond(critical);
     let fastest = fastest(&grazing_orbit(column, c, TOLERANCES[0], &[], &work)?.samples);
     let edge = |part: usize| part as f64 / parts as f64 * fastest;

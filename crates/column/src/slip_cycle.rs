@@ -12,14 +12,13 @@
 //! **Cycles that repel** are fixed points of the map backward in time: forward, a turn multiplies the
 //! rounding error of the start by the multiplier.
 
-use super::backbone::{Backbone, CycleRange};
-use slipmap_model::filippov::{Oscillator, Side, Stability};
+use super::backbone::CycleRange;
+use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::flow::Failure;
 use slipmap_model::friction::Range;
 use slipmap_numbers::roots::fixed_point;
-use slipmap_orbits::Cycle;
-use slipmap_orbits::arc::{Extent, LowerEnd, SlipTurn, State, Walk, turn_within};
-use slipmap_orbits::work::Work;
+use slipmap_orbits::arc::{Extent, LowerEnd, SlipTurn, State, Walk};
+use slipmap_orbits::{Cycle, Piece, Work};
 
 /// Largest relative error of a turn that is used for slip cycles: their amplitude is ill-conditioned where
 /// the multiplier is close to 1.
@@ -89,44 +88,20 @@ pub enum Unknown {
 
 /// Tolerance of the backbone, in units of the weakening rate. It only brackets each slip cycle, which is then
 /// located by turns of its own.
-pub const BACKBONE_TOLERANCE: f64 = 1e-10;
+pub(super) const BACKBONE_TOLERANCE: f64 = 1e-10;
 
-/// The slip cycles, by growing amplitude, the highest velocity, located with the relative error `tolerance`
-/// of one turn divided by
-/// |1 - multiplier|.
-///
-/// They are read from the [`Backbone`], and alternate in stability. None exists where [`none_proved`].
-///
-/// # Errors
-/// [`Unknown`].
-pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
-    if none_proved(oscillator) {
-        return Ok(Vec::new());
-    }
-    let stable = match oscillator.stability() {
-        Stability::Attracts => true,
-        Stability::Neutral => return Err(Unknown::Neutral),
-        Stability::Repels => false,
-    };
-    let belt_speed = oscillator.belt_speed;
-    let work = Work::of_question(&oscillator.curve);
-    let is_enough = |it: &Backbone, is_last: bool| {
-        it.is_reliable_at(oscillator.viscous) || is_last && it.is_rough(&oscillator.curve)
-    };
-    let backbone = Backbone::enough(oscillator, BACKBONE_TOLERANCE, &work, is_enough)?;
-    work.renew();
-    let returns = outward(belt_speed, &turn_within(oscillator, belt_speed, tolerance, &work)?);
-    let cycles = backbone.cycles(oscillator.viscous, stable, returns).ok_or(Unknown::TooClose)?;
-    let narrowed = cycles.into_iter().map(|cycle| backbone.narrowed(cycle, oscillator.viscous));
-    narrowed.map(|cycle| locate(oscillator, &cycle, tolerance)).collect()
-}
-
-/// Computes the slip cycle whose amplitude has known bounds and whose stability is known.
+/// Computes the slip cycle whose amplitude has known bounds and whose stability is known, with the relative error
+/// `tolerance` of one turn divided by |1 - multiplier|, on one of `parts` equal parts of the quota.
 ///
 /// # Errors
 /// [`Unknown`] where an orbit fails, or none closes.
-pub fn locate(oscillator: &Oscillator, cycle: &CycleRange, tolerance: f64) -> Result<Cycle, Unknown> {
-    let work = Work::of_question(&oscillator.curve);
+pub(super) fn locate(
+    oscillator: &Oscillator,
+    cycle: &CycleRange,
+    tolerance: f64,
+    parts: usize,
+) -> Result<Cycle, Unknown> {
+    let work = Work::of(Piece::SlipCycles, &oscillator.curve).part(parts);
     let CycleRange { near, between, is_stable } = *cycle;
     // The error of a backbone is an estimate: where no orbit closes within it, one does between the extremes.
     match locate_between(oscillator, near, is_stable, tolerance, &work) {
@@ -196,7 +171,7 @@ fn walk_towards<'a>(
 /// [`Failure`] of its orbit.
 pub fn kick_onto(oscillator: &Oscillator, cycle: &Cycle, tolerance: f64) -> Result<Kick, Failure> {
     let radius = cycle.velocity.hi;
-    let work = Work::of_question(&oscillator.curve);
+    let work = Work::of(Piece::Kick, &oscillator.curve);
     let walk = walk_towards(oscillator, radius, cycle.is_stable(), tolerance, &work);
     Ok(kick_onto_orbit(oscillator, walk, Kick { forward: radius, backward: -cycle.velocity.lo })?.0)
 }
@@ -210,7 +185,7 @@ pub fn kick_onto(oscillator: &Oscillator, cycle: &Cycle, tolerance: f64) -> Resu
 /// [`Failure`] of the orbit.
 pub fn kick_onto_grazing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<(Kick, f64)>, Failure> {
     let belt_speed = oscillator.belt_speed;
-    let work = Work::of_question(&oscillator.curve);
+    let work = Work::of(Piece::Kick, &oscillator.curve);
     let walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, &work);
     // Through the piece of the line the equilibrium is kicked out at V.
     let unknown = Kick { forward: belt_speed, backward: f64::NAN };

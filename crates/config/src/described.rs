@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 use slipmap_machine::risk::{MOST_JOINT, Spread, Uncertain};
 use slipmap_machine::{Machine, Motion};
-use slipmap_model::friction::{ExpressionError, Law, Source, Table};
+use slipmap_model::friction::{Expression, ExpressionError, Law, Source, Table};
 use slipmap_model::point::MAX_LAW_PARAMETERS;
 
 use super::law::OF_MACHINE;
@@ -251,10 +251,6 @@ impl LawText {
                 let problem = "friction at rest is written twice: here, and as static";
                 return Err(Wrong::new("rest", problem, "leave one of them out"));
             }
-            if let About::Machine(_) = about {
-                let remedy = "write the peak as the friction at rest: static, with the law of slip beyond it";
-                return Err(Wrong::new("rest", "the friction of a machine has no rest at a peak", remedy));
-            }
             return Ok(Level::Peak);
         }
         match (self.static_level, about) {
@@ -275,7 +271,15 @@ impl LawText {
             };
             return Err(Wrong::missing("phi", remedy));
         };
-        level.formula(phi).map_err(Wrong::in_formula)
+        let law = level.formula(phi).map_err(Wrong::in_formula)?;
+        match (about, level, law.as_written()) {
+            // A machine's formula is the coefficient itself.
+            (About::Machine(_), Level::Peak, Law::Expression(formula)) => {
+                let formula = Expression::new(&formula.text(), 1.0);
+                formula.map(Law::Expression).map_err(Wrong::in_formula)
+            }
+            _ => Ok(law),
+        }
     }
 
     fn table_of(
@@ -390,10 +394,6 @@ impl LawText {
                 return Err(Wrong::new(key, problem, format!("leave it out, or set law = \"{of}\"")));
             }
         }
-        if self.quantity.is_some() && law.built_in().is_some() {
-            let problem = format!("the law `{name}` has no quantity");
-            return Err(Wrong::new("quantity", problem, "leave it out, or set law = \"table\""));
-        }
         if of_data && self.rows.is_some() {
             let remedy = "leave one of them out; rows are taken as they are, and a file is read";
             return Err(Wrong::new("rows", "the friction is written twice: here, and in a file", remedy));
@@ -466,7 +466,6 @@ impl LawText {
     pub fn of_machine(machine: &Machine, uncertain: &[Uncertain]) -> Option<Self> {
         let law = machine.law();
         let of_law = Self::of(&law, About::Machine(machine.motion))?;
-        let is_own = law.built_in().is_none();
         let names: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
         let usual = Machine::names(&law, |_| false);
         let is_other = |name: &&str| !usual.contains(name);
@@ -477,7 +476,7 @@ impl LawText {
         axes.dedup();
         Some(Self {
             axes,
-            quantity: (is_own && !machine.normal_force_is_known).then(|| FORCE.to_owned()),
+            quantity: (!machine.normal_force_is_known).then(|| FORCE.to_owned()),
             fit: Fit::of(machine, uncertain),
             ..of_law
         })

@@ -15,6 +15,7 @@ mod machine;
 mod measured;
 mod points;
 mod source;
+mod uncertain;
 mod units;
 mod written;
 
@@ -32,7 +33,8 @@ pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;
 pub use source::decimal_comma;
 use source::{ConfigFile, Node, Section};
-pub use units::{conversion, has_unit, head_of, number_in};
+pub use uncertain::{share, with_deviation};
+pub use units::{conversion, has_unit, head_of, number_in, size, size_on_disc, with_unit};
 pub use written::{nodes, quoted};
 
 use slipmap_certify::validated;

@@ -6,12 +6,13 @@ use std::path::Path;
 
 use super::described::{About, Fit, Wrong};
 use super::source::{ConfigError, ConfigFile, Node, Section, Shape};
-use super::units::{Match, compare, conversion, converted, meant, with_unit};
+use super::uncertain::{normal, uncertain, with_deviation};
+use super::units::{Match, compare, conversion, converted, meant, size, size_on_disc, with_unit};
 use super::{axis, choice, fitted, law, nearest, refuse_unknown_keys};
 use slipmap_machine::risk::{Spread, Uncertain};
 use slipmap_machine::{
     AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, Dimension, FREQUENCY, Friction, Given, INERTIA,
-    MASS, Machine, Motion, NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
+    MASS, Machine, Motion, NORMAL_FORCE, Normal, PRESSURE, RADIUS, STATIC_FRICTION, requirement, unit,
 };
 use slipmap_map::{Grid, Shown};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Source, Table};
@@ -49,6 +50,14 @@ pub(super) fn known_keys(law: &Law) -> Vec<&'static str> {
 /// Refuses a formula that uses the name of a quantity of the machine.
 pub fn check_names(law: &Law) -> Result<(), Wrong> {
     let Law::Expression(formula) = law.as_written() else { return Ok(()) };
+    if formula.depends_on_epsilon() && !law.is_read_as_small() {
+        let remedy = "give the parameter of the friction another name";
+        return Err(Wrong::new(
+            "phi",
+            "eps is reserved: it is the size of the small terms, which a machine has not",
+            remedy,
+        ));
+    }
     let mut names = formula.parameters().iter().map(|parameter| parameter.name);
     let machine = known_keys(&Law::Coulomb);
     let is_taken = |name: &&str| machine.contains(name) && !Coefficients::NAMES.contains(name);
@@ -62,6 +71,9 @@ pub fn check_names(law: &Law) -> Result<(), Wrong> {
 /// The remedy for an unknown key of `[machine]`.
 pub(super) fn remedy(key: &str, law: &Law) -> String {
     match key {
+        "eps" | "epsilon" | "u" | "v" | "e" | "pi" => {
+            format!("`{key}` is reserved in formulas; give the parameter another name")
+        }
         Coefficients::EXPONENT => {
             format!("leave it out, or set law = \"exponential\": the law `{}` has no exponent", law.name())
         }
@@ -94,17 +106,30 @@ fn check_places(section: &Section, motion: Motion, forces: bool) -> Result<(), C
             return Err(node.error(&problem, "leave one of them out"));
         }
     }
-    if let (Motion::Translation, Some(node)) = (motion, section.get(RADIUS)) {
-        let remedy = "leave it out, or write motion = \"rotation\"";
-        return Err(node.error("only the friction of what rotates has a radius", remedy));
-    }
-    let others = [PRESSURE, AREA, RADIUS].into_iter().find_map(|name| section.get(name));
+    let of_rotation = (motion == Motion::Rotation).then_some(RADIUS);
+    let mut others = [Some(PRESSURE), Some(AREA), of_rotation].into_iter().flatten();
+    let others = others.find_map(|name| section.get(name));
     match others.filter(|_| forces) {
         Some(node) => {
             Err(node.error("friction that is a force already has one normal force", "leave this out"))
         }
         None => Ok(()),
     }
+}
+
+/// Whether a text is a number in a unit of force or torque.
+pub fn is_force(text: &str) -> bool {
+    let is_of = |unit: &str, motion: Motion| {
+        matches!(compare(unit, motion.unit(Dimension::Force)), Match::Same | Match::Factor(_))
+    };
+    with_unit(text).is_some_and(|(_, unit)| Motion::ALL.into_iter().any(|motion| is_of(unit, motion)))
+}
+
+/// Whether the coefficients of a law are written as forces or torques.
+fn has_forces(section: &Section, law: &Law) -> bool {
+    let first = |text: &str| with_deviation(text).map_or(text.to_owned(), |(value, _)| value);
+    let is_force = |text: &str| is_force(&first(text));
+    law.built_in().is_some() && section.get(STATIC_FRICTION).is_some_and(|node| node.has_text(is_force))
 }
 
 /// The key that gives the mass; for a rotation it may be `inertia`.
@@ -153,43 +178,6 @@ fn check_complete(
     Err(section.missing(first, remedy))
 }
 
-/// Reads an uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and
-/// its spread; `None` for anything else.
-fn uncertain(node: &Node, read: axis::Number) -> Result<Option<(f64, Spread)>, ConfigError> {
-    let Shape::Table(table) = node.shape() else { return Ok(None) };
-    let keys = table.keys();
-    let has = |key: &str| keys.iter().any(|other| other == key);
-    if !["value", "sd", "min", "max"].into_iter().any(has) || axis::RANGE_KEYS.into_iter().any(has) {
-        return Ok(None);
-    }
-    let number = |key: &str| {
-        let remedy = "write { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }";
-        read(&table.get(key).ok_or_else(|| table.missing(key, remedy.into()))?)
-    };
-    if has("value") || has("sd") {
-        refuse_unknown_keys(&table, &["value", "sd"])?;
-        let value = number("value")?;
-        number("sd")?;
-        return Ok(normal(&table, read)?.map(|spread| (value, spread)));
-    }
-    refuse_unknown_keys(&table, &["min", "max"])?;
-    let (min, max) = (number("min")?, number("max")?);
-    match min.is_finite() && max.is_finite() && min <= max {
-        true => Ok(Some((0.5 * (min + max), Spread::Uniform { min, max }))),
-        false => Err(node.error("min must be at most max", "swap them")),
-    }
-}
-
-/// The normal spread of a table with the key `sd`; `None` without it.
-fn normal(table: &Section, read: axis::Number) -> Result<Option<Spread>, ConfigError> {
-    let Some(node) = table.get("sd") else { return Ok(None) };
-    let sd = read(&node)?;
-    match sd.is_finite() && sd >= 0.0 {
-        true => Ok(Some(Spread::Normal { sd })),
-        false => Err(node.error("the standard deviation must be at least 0", "choose another sd")),
-    }
-}
-
 /// Reads the law and the machine of `file`, with `values` instead of the values in the file: numbers in SI units, or
 /// texts with another unit. A quantity with a standard deviation keeps it around its new value. The file is validated as
 /// for a run.
@@ -199,15 +187,14 @@ fn normal(table: &Section, read: axis::Number) -> Result<Option<Spread>, ConfigE
 pub fn load_machine<V: Debug>(file: &Path, values: &[(String, V)]) -> Result<MachineJob, ConfigError> {
     let written = ConfigFile::load(file, &[])?;
     let written = written.root().section("machine")?;
+    let text_of = |node: &Node| node.text().map(str::to_owned).ok();
     let sd_of = |name: &str| match written.get(name)?.shape() {
         Shape::Table(table) => {
             let node = table.get("sd")?;
             node.number()
-                .map(|sd| format!("{sd:?}"))
-                .or_else(|_| node.text().map(|sd| format!("{sd:?}")))
-                .ok()
+                .map_or_else(|_| Some(format!("{:?}", text_of(&node)?)), |sd| Some(format!("{sd:?}")))
         }
-        _ => None,
+        _ => with_deviation(&text_of(&written.get(name)?)?).map(|(_, sd)| format!("{sd:?}")),
     };
     // The mass is set under the key that the file uses.
     let names = [MASS, INERTIA];
@@ -215,7 +202,8 @@ pub fn load_machine<V: Debug>(file: &Path, values: &[(String, V)]) -> Result<Mac
     // Numbers and texts are written in TOML as in Rust.
     let set = |(name, value): &(String, V)| {
         let name = in_file.filter(|_| names.contains(&name.as_str())).unwrap_or(name);
-        match sd_of(name) {
+        let has_own = with_deviation(&format!("{value:?}")).is_some();
+        match sd_of(name).filter(|_| !has_own) {
             Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd} }}"),
             None => format!("machine.{name}={value:?}"),
         }
@@ -257,7 +245,7 @@ pub(super) fn motion_of(section: &Section) -> Result<Motion, ConfigError> {
 
 /// Reads `[machine]`; `law` is in SI units.
 pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
-    let forces = law::holds_forces(friction, law)?;
+    let forces = law::holds_forces(friction, law)? || has_forces(section, law);
     let motion = motion_of(section)?;
     check_places(section, motion, forces)?;
     let wrong = |wrong: Wrong| law::at(friction, section, wrong);
@@ -267,15 +255,17 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let of_fit = |name: &str| fitted.iter().find(|(known, ..)| *known == name);
     check_complete(section, law, forces, |name| of_fit(name).is_some())?;
     if let Some(node) = section.get(NORMAL_FORCE).filter(|_| forces) {
-        if matches!(law.as_written(), Law::Expression(_)) {
-            return Err(node.error("the formula is a force already", "leave normal_force out"));
+        if !matches!(law.as_written(), Law::Table(_)) {
+            return Err(node.error("the friction is a force already", "leave normal_force out"));
         }
         if axis::nodes_by(&node, &|_| Ok(0.0)).is_ok_and(|nodes| nodes.len() > 1) {
             let problem = "measured forces belong to one normal force, that of the measurement";
             return Err(node.error(problem, "divide the data by it, and leave quantity = \"force\" out"));
         }
     }
-    let mut names = Machine::names(law, |name| is_given(section, name));
+    // That of a disc is no quantity.
+    let is_quantity = |name: &str| name != RADIUS || motion == Motion::Rotation;
+    let mut names = Machine::names(law, |name| is_quantity(name) && is_given(section, name));
     // In the order of the random numbers of what is uncertain.
     names.sort_by_key(|name| match *name {
         BELT_SPEED => 0,
@@ -285,7 +275,8 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
         _ => 3,
     });
     let mass = key_of_mass(section, motion)?;
-    let mut reader = Reader::new(section, motion, law);
+    let mut reader = Reader::new(section, motion, law, forces);
+    reader.find_radius()?;
     let mut values = Vec::new();
     for name in names {
         let key = if name == MASS { mass } else { name };
@@ -301,14 +292,15 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             (None, None) => {}
         }
     }
-    let Reader { varied, uncertain, units, conversions, .. } = reader;
+    let Reader { varied, uncertain, units, conversions, radius, .. } = reader;
     let known = |name: &str| values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
     let largest = |name: &str| {
         let several = varied.iter().find(|(known, _)| *known == name);
         several.and_then(|(_, values)| values.last().copied()).or_else(|| known(name))
     };
     let value = |name: &str| known(name).or_else(|| (name == "strengthening").then_some(0.0));
-    let machine = machine_of(motion, law, value, largest).map_err(wrong)?;
+    let mut machine = machine_of(motion, law, value, largest).map_err(wrong)?;
+    machine.given = machine.given.on_disc(radius.filter(|_| motion == Motion::Translation));
     let (units, conversions) = (units.into_inner(), conversions.into_inner());
     Ok(MachineJob { machine, varied, uncertain, units, conversions, title: None })
 }
@@ -318,6 +310,9 @@ struct Reader<'a> {
     section: &'a Section<'a>,
     motion: Motion,
     law: &'a Law,
+    normal: Normal,
+    /// m: the radius that makes rotary speeds of speeds along a line, and back.
+    radius: Option<f64>,
     /// The units of the file, by quantity, the first of each; `None` is the SI unit.
     units: RefCell<Vec<(&'static str, Option<Shown>)>>,
     /// What they are in SI.
@@ -335,13 +330,49 @@ pub(super) fn in_si(
     node: &Node,
     quantity: &'static str,
 ) -> Result<f64, ConfigError> {
-    Reader::new(section, motion_of(section)?, law).in_si(node, quantity)
+    let forces = has_forces(section, law);
+    let mut reader = Reader::new(section, motion_of(section)?, law, forces);
+    reader.find_radius()?;
+    reader.in_si(node, quantity)
 }
 
 impl<'a> Reader<'a> {
-    fn new(section: &'a Section<'a>, motion: Motion, law: &'a Law) -> Self {
+    fn new(section: &'a Section<'a>, motion: Motion, law: &'a Law, forces: bool) -> Self {
         let (units, conversions) = Default::default();
-        Self { section, motion, law, units, conversions, varied: Vec::new(), uncertain: Vec::new() }
+        let normal = match (forces, section.get(RADIUS).is_some()) {
+            (true, _) => Normal::InFriction,
+            (false, true) => Normal::AtRadius,
+            (false, false) => Normal::Alone,
+        };
+        Self {
+            section,
+            motion,
+            law,
+            normal,
+            radius: None,
+            units,
+            conversions,
+            varied: Vec::new(),
+            uncertain: Vec::new(),
+        }
+    }
+
+    /// Reads the radius, of which the units of speed may depend; of a rotation that varies there is none.
+    fn find_radius(&mut self) -> Result<(), ConfigError> {
+        let Some(node) = self.section.get(RADIUS) else { return Ok(()) };
+        let is_one = matches!(node.shape(), Shape::Number | Shape::Text);
+        let of_disc = self.motion == Motion::Translation;
+        if of_disc && !is_one {
+            return Err(
+                node.error("the radius of a disc is one number", "let belt_speed vary, or have the sd")
+            );
+        }
+        if is_one && !node.has_text(|text| with_deviation(text).is_some()) {
+            let radius = self.in_si(&node, RADIUS)?;
+            check(&node, RADIUS, radius, requirement(RADIUS, radius))?;
+            self.radius = Some(radius);
+        }
+        Ok(())
     }
 
     /// Reads `quantity` from the entry `node`, of the name `key`: a number, a list, a range, or an uncertain number;
@@ -358,7 +389,11 @@ impl<'a> Reader<'a> {
             false => requirement(quantity, value),
         };
         let read = |node: &Node| self.in_si(node, quantity);
-        let (values, spread) = match (uncertain(node, &read)?, node.shape()) {
+        let read_part = |node: &Node, part: Option<&str>| match part {
+            Some(part) => self.of_text(node, part, quantity),
+            None => read(node),
+        };
+        let (values, spread) = match (uncertain(node, &read_part)?, node.shape()) {
             (Some((value, spread)), _) => (vec![value], Some(spread)),
             (None, Shape::Table(range)) if range.get("sd").is_some() => {
                 if [DAMPING, DAMPING_RATIO].contains(&quantity) {
@@ -367,7 +402,7 @@ impl<'a> Reader<'a> {
                 }
                 let known: Vec<&str> = axis::RANGE_KEYS.into_iter().chain(["sd"]).collect();
                 refuse_unknown_keys(&range, &known)?;
-                (axis::nodes_of_range(node, &range, &read)?, normal(&range, &read)?)
+                (axis::nodes_of_range(node, &range, &read)?, normal(&range, None, &read_part)?)
             }
             (None, _) => (axis::nodes_by(node, &read)?, None),
         };
@@ -389,7 +424,7 @@ impl<'a> Reader<'a> {
 
     /// Tells that a number without a unit is in SI units where the file has another unit, in place of which it was set.
     fn tell_bare(&self, key: &'static str, quantity: &'static str, value: f64) {
-        let si = unit(quantity, self.motion, self.law, self.section.get(RADIUS).is_some());
+        let si = unit(quantity, self.motion, self.law, self.normal);
         let is_bare = self.units.borrow().iter().any(|(known, shown)| *known == quantity && shown.is_none());
         let other = |text: &str| {
             with_unit(text).is_some_and(|(_, unit)| matches!(compare(unit, si), Match::Factor(_)))
@@ -410,44 +445,86 @@ impl<'a> Reader<'a> {
         is_formula && self.law.parameters().iter().any(|parameter| parameter.name == quantity)
     }
 
+    /// Notes the first unit of a quantity.
+    fn note(&self, quantity: &'static str, shown: Option<Shown>) {
+        let mut units = self.units.borrow_mut();
+        if units.iter().all(|(known, _)| *known != quantity) {
+            units.push((quantity, shown));
+        }
+    }
+
+    fn tell(&self, told: String) {
+        let mut all = self.conversions.borrow_mut();
+        if !all.contains(&told) {
+            all.push(told);
+        }
+    }
+
     /// Reads a number in SI units, or a text with a number and its unit.
     fn in_si(&self, node: &Node, quantity: &'static str) -> Result<f64, ConfigError> {
-        let at_radius = self.section.get(RADIUS).is_some();
-        let wanted = unit(quantity, self.motion, self.law, at_radius);
-        let written = node.text().ok().and_then(with_unit);
-        let note = |shown: Option<Shown>| {
-            let mut units = self.units.borrow_mut();
-            if units.iter().all(|(known, _)| *known != quantity) {
-                units.push((quantity, shown));
+        match node.text().ok().filter(|text| with_unit(text).is_some()) {
+            Some(text) => self.of_text(node, text, quantity),
+            None => {
+                self.note(quantity, None);
+                node.number()
             }
-        };
-        let Some((number, unit)) = written.filter(|_| !self.is_of_formula(quantity)) else {
+        }
+    }
+
+    /// Reads a number in SI units, or with its unit, from a text of a node.
+    fn of_text(&self, node: &Node, text: &str, quantity: &'static str) -> Result<f64, ConfigError> {
+        let wanted = unit(quantity, self.motion, self.law, self.normal);
+        let note = |shown: Option<Shown>| self.note(quantity, shown);
+        let Some((number, unit)) = with_unit(text) else {
             note(None);
-            return node.number();
+            return text.parse().map_err(|_| node.wrong_kind("a number"));
         };
+        // A parameter of a formula has the unit that it is written with.
+        if self.is_of_formula(quantity)
+            && let Some(size) = size(unit)
+        {
+            note(Some(Shown { unit: unit.into(), size }));
+            return Ok(converted(number, size));
+        }
         let si = if wanted.is_empty() { "1" } else { wanted };
+        let is_speed = Dimension::of_quantity(quantity) == Some(Dimension::Velocity);
+        let on_disc =
+            self.radius.filter(|_| is_speed).and_then(|radius| size_on_disc(unit, self.motion, radius));
+        if let Some(size) = on_disc {
+            self.tell(conversion(unit, size, wanted));
+            note(Some(Shown { unit: unit.into(), size }));
+            return Ok(number * size);
+        }
         match compare(unit, wanted) {
             Match::Same => {
                 note(None);
                 Ok(number)
             }
             Match::Factor(factor) => {
-                let told = conversion(unit, factor, wanted);
-                let mut all = self.conversions.borrow_mut();
-                if !all.contains(&told) {
-                    all.push(told);
-                }
+                self.tell(conversion(unit, factor, wanted));
                 note(Some(Shown { unit: unit.into(), size: factor }));
                 Ok(converted(number, factor))
             }
             Match::Other => {
                 let force = Motion::Translation.unit(Dimension::Force);
                 let is_force = quantity == NORMAL_FORCE && compare(unit, force) != Match::Other;
-                let radius =
-                    if is_force { "; with radius = .. it is a force, not times the arm" } else { "" };
+                let of_disc = is_speed && size_on_disc(unit, self.motion, 1.0).is_some();
+                let radius = match () {
+                    () if is_force => "; with radius = .. it is a force, not times the arm",
+                    () if of_disc => "; with radius = .. a disc's speed may be in either",
+                    () => "",
+                };
+                let torque = self.motion.unit(Dimension::Force);
+                let of_friction =
+                    Coefficients::NAMES.contains(&quantity) && compare(unit, torque) != Match::Other;
+                let friction = if of_friction {
+                    "; where static_friction has a unit, all friction is a force"
+                } else {
+                    ""
+                };
                 Err(node.error(
                     &format!("{unit} is no unit of {}", quantity.replace('_', " ")),
-                    format!("write it in {si}, or in a unit of the same kind{radius}"),
+                    format!("write it in {si}, or in a unit of the same kind{radius}{friction}"),
                 ))
             }
             Match::Unknown => {

@@ -188,10 +188,7 @@ impl<'a> Section<'a> {
             let Step::Key(key) = step else { return None };
             item = item.as_table_like()?.get(&key)?;
         }
-        let of_list = item.as_array().into_iter().flatten().filter_map(Value::as_str);
-        let of_table = item.as_table_like().into_iter().flat_map(TableLike::iter);
-        let of_table = of_table.filter_map(|(_, item)| item.as_str());
-        item.as_str().into_iter().chain(of_list).chain(of_table).find(|text| is_meant(text))
+        texts(item).find(|text| is_meant(text))
     }
 
     /// The entry of this name converted by `read`; `default` where there is no such entry.
@@ -314,6 +311,11 @@ impl<'a> Node<'a> {
         self.item.as_str().ok_or_else(|| self.wrong_kind("text in quotes"))
     }
 
+    /// Whether it is, or has in it, a text that `is_meant`.
+    pub(super) fn has_text(&self, is_meant: impl Fn(&str) -> bool) -> bool {
+        texts(self.item).any(is_meant)
+    }
+
     /// The value as true or false.
     pub(super) fn truth(&self) -> Result<bool, ConfigError> {
         self.item.as_bool().ok_or_else(|| self.wrong_kind("true or false"))
@@ -356,6 +358,14 @@ impl<'a> Node<'a> {
             _ => "[..]".into(),
         }
     }
+}
+
+/// The text of an item, and those in it.
+fn texts(item: &Item) -> impl Iterator<Item = &str> {
+    let of_list = item.as_array().into_iter().flatten().filter_map(Value::as_str);
+    let of_table = item.as_table_like().into_iter().flat_map(TableLike::iter);
+    let of_table = of_table.filter_map(|(_, item)| item.as_str());
+    item.as_str().into_iter().chain(of_list).chain(of_table)
 }
 
 /// A whole or a real number.

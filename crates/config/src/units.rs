@@ -258,9 +258,30 @@ pub(super) fn compare(text: &str, wanted: &str) -> Match {
     }
 }
 
+/// The size of a unit of speed of the other motion in the SI unit of this one, at a radius in m: of rpm in m/s. `None`
+/// if it is no such unit.
+#[must_use]
+pub fn size_on_disc(text: &str, motion: Motion, radius: f64) -> Option<f64> {
+    let (other, ratio) = match motion {
+        Motion::Translation => (Motion::Rotation, radius),
+        Motion::Rotation => (Motion::Translation, radius.recip()),
+    };
+    match compare(text, other.unit(Dimension::Velocity)) {
+        Match::Same => Some(ratio),
+        Match::Factor(factor) => Some(factor * ratio),
+        Match::Other | Match::Unknown => None,
+    }
+}
+
+/// The size of a unit in SI; `None` if it is not known.
+#[must_use]
+pub fn size(text: &str) -> Option<f64> {
+    read(text).map(|unit| unit.factor)
+}
+
 /// A number and the unit after it, as people write them: `20 rpm`, `10mm/s`, `35 %`. `None` without a number or
 /// without a unit.
-pub(super) fn with_unit(text: &str) -> Option<(f64, &str)> {
+pub fn with_unit(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     if text.parse::<f64>().is_ok() {
         return None;

@@ -3,6 +3,7 @@
 
 use std::fmt::Write as _;
 
+use slipmap_machine::RADIUS;
 use slipmap_machine::risk::{Spread, Uncertain};
 use slipmap_map::Shown;
 use toml_edit::{Key, Value};
@@ -136,19 +137,26 @@ impl MachineJob {
         lines.0.push_str(&law.to_toml());
         lines.0.push_str("\n[machine]\n");
         lines.text("motion", Some(self.machine.motion.name()));
+        if let Some(radius) = self.machine.given.disc() {
+            lines.add(RADIUS, format_args!("{radius:?}"));
+        }
         for (name, value) in self.machine.quantities() {
             let shown =
                 self.units.iter().find(|(known, _)| *known == name).and_then(|(_, shown)| shown.as_ref());
             let varied = self.varied.iter().find(|(known, _)| *known == name);
-            let written = match (varied, spread_of(&self.uncertain, name)) {
+            let written = match (varied, spread_of(&self.uncertain, name).map(|spread| spread.at(value))) {
                 (Some((_, values)), _) => nodes(values, shown),
                 // The fit has it.
                 (None, Some(Spread::Joint { .. })) => continue,
-                (None, Some(Spread::Normal { sd })) => {
+                (None, Some(Spread::Normal { sd } | Spread::Relative { sd })) => {
                     format!("{{ value = {}, sd = {} }}", number(value, shown), number(sd, shown))
                 }
                 (None, Some(Spread::Uniform { min, max })) => {
-                    format!("{{ min = {}, max = {} }}", number(min, shown), number(max, shown))
+                    let ends = format!("min = {}, max = {}", number(min, shown), number(max, shown));
+                    match value == 0.5 * (min + max) {
+                        true => format!("{{ {ends} }}"),
+                        false => format!("{{ value = {}, {ends} }}", number(value, shown)),
+                    }
                 }
                 (None, None) => number(value, shown),
             };

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::refusal::Refusal;
 use slipmap_machine::{
     AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, FREQUENCY, Machine, Model, Motion, NORMAL_FORCE,
-    PRESSURE, RADIUS, requirement, unit,
+    Normal, PRESSURE, RADIUS, requirement, unit,
 };
 use slipmap_model::friction::{Law, Table};
 
@@ -58,6 +58,11 @@ pub(super) fn axes(law: &Law, motion: Motion, given: &[String], forces: bool) ->
         Law::Table(table) => Some(0.5 * table.fastest()),
         _ => None,
     };
+    let normal = match (forces, is_given(given)(RADIUS)) {
+        (true, _) => Normal::InFriction,
+        (false, true) => Normal::AtRadius,
+        (false, false) => Normal::Alone,
+    };
     let one = |name: &'static str| {
         let words = name.replace('_', " ").replace("stribeck", "Stribeck");
         let value = usual(name, law);
@@ -67,7 +72,7 @@ pub(super) fn axes(law: &Law, motion: Motion, given: &[String], forces: bool) ->
             "name": name,
             "symbol": words,
             "words": words,
-            "unit": unit(name, motion, law, is_given(given)(RADIUS)),
+            "unit": unit(name, motion, law, normal),
             "least": known.then_some(if name == Coefficients::EXPONENT { 1.0 } else { 0.0 }),
             "most": if name == BELT_SPEED { fastest } else { None },
             "open": name != Coefficients::EXPONENT && !requirement(name, 0.0).0,

@@ -67,9 +67,14 @@ impl Start {
         let units: Map<String, Value> =
             self.units.iter().map(|(name, of)| (name.clone(), json!([of.unit, of.size]))).collect();
         let quantities = machine.into_iter().flat_map(Machine::quantities);
+        let value = |name: &str| {
+            let of_name =
+                machine.map(Machine::quantities).into_iter().flatten().find(|(known, _)| *known == name);
+            of_name.map_or(f64::NAN, |(_, value)| value)
+        };
         let spread = self.uncertain.iter().filter_map(|(name, spread)| {
-            let numbers = match *spread {
-                Spread::Normal { sd } => vec![sd],
+            let numbers = match spread.at(value(name)) {
+                Spread::Normal { sd } | Spread::Relative { sd } => vec![sd],
                 Spread::Uniform { min, max } => vec![min, max],
                 // The fit of the law has them.
                 Spread::Joint { .. } => return None,

@@ -15,9 +15,10 @@
 //! residuals. Where the readings have standard errors, the variance is at least 1 in units of these; where they have
 //! none, it comes from the residuals, and two standard errors are made those of 95 % by Student's distribution.
 //!
-//! Which law it is, is not known either. The standard error of each is larger by what the others say: the mean, with
-//! Akaike's weights, of the root of 1 and the mean square of the difference of their slopes, in units of the mean variance
-//! of the slope (Buckland, Burnham and Augustin, Biometrics 53, 1997). Slopes, because they are what makes a machine vibrate.
+//! Which law it is, is not known either: to the covariance of each law is added what the others say of its slope, by Akaike's
+//! weights (after Buckland, Burnham and Augustin, Biometrics 53, 1997), along the moves of the parameters that make it. So
+//! errors are larger than those of the law alone where others are about as good. Slopes, because they are what makes a
+//! machine vibrate.
 
 mod model;
 mod reduction;
@@ -131,8 +132,9 @@ pub fn fits(
     }
     let (slowest, fastest) =
         (speeds.iter().copied().find(|speed| *speed > 0.0).unwrap_or(0.0), speeds[speeds.len() - 1]);
-    let widening: Vec<f64> = fits.iter().map(|fit| fit.by_other_laws(&fits, [slowest, fastest])).collect();
-    fits.iter_mut().zip(widening).for_each(|(fit, factor)| fit.covariance *= factor);
+    let more: Vec<DMatrix<f64>> =
+        fits.iter().map(|fit| fit.by_other_laws(&fits, [slowest, fastest])).collect();
+    fits.iter_mut().zip(more).for_each(|(fit, more)| fit.covariance += more);
     Ok(fits)
 }
 
@@ -256,33 +258,42 @@ impl Fit {
         gradient.dot(&(&self.covariance * &gradient)).max(0.0).sqrt()
     }
 
-    /// The slope of the friction at a slip speed, with its standard error.
-    fn slope(&self, speed: f64) -> [f64; 2] {
+    /// The slope of the friction at a slip speed, and its derivatives by the parameters.
+    fn slope(&self, speed: f64) -> (f64, DVector<f64>) {
         let ends = [speed * (1.0 - STEP), speed * (1.0 + STEP)];
-        let difference = |of: &dyn Fn(f64) -> f64| (of(ends[1]) - of(ends[0])) / (ends[1] - ends[0]);
+        let width = ends[1] - ends[0];
         let [before, after] = ends.map(|speed| DVector::from_vec(self.form.gradient(&self.values, speed)));
-        let gradient = (after - before) / (ends[1] - ends[0]);
-        let variance = gradient.dot(&(&self.covariance * &gradient)).max(0.0);
-        [difference(&|speed| self.friction(speed)), variance.sqrt()]
+        ((self.friction(ends[1]) - self.friction(ends[0])) / width, (after - before) / width)
     }
 
-    /// The factor of the variance by what other laws say of the slope, by the logarithm of the speed, between two slip
-    /// speeds.
-    fn by_other_laws(&self, fits: &[Fit], [slowest, fastest]: [f64; 2]) -> f64 {
+    /// The covariance that comes from what other laws say of the slope, by the logarithm of the speed, between two slip speeds:
+    /// with Akaike's weight of each law the move of the parameters that is the likeliest one along the difference of the slopes,
+    /// and as large as that difference.
+    fn by_other_laws(&self, fits: &[Fit], [slowest, fastest]: [f64; 2]) -> DMatrix<f64> {
         let weights: Vec<f64> = fits.iter().map(|fit| (0.5 * (fits[0].aicc - fit.aicc)).exp()).collect();
         let total: f64 = weights.iter().sum();
-        let mut within = 0.0;
-        let mut between = vec![0.0; fits.len()];
-        for i in 0..COMPARED {
-            let speed = slowest * (fastest / slowest).powf(f64::from(i) / f64::from(COMPARED - 1));
-            let [slope, error] = self.slope(speed);
-            within += (speed * error).powi(2);
-            let others = between.iter_mut().zip(fits);
-            others.for_each(|(sum, fit)| *sum += (speed * (fit.slope(speed)[0] - slope)).powi(2));
+        let speeds: Vec<f64> = (0..COMPARED)
+            .map(|i| slowest * (fastest / slowest).powf(f64::from(i) / f64::from(COMPARED - 1)))
+            .collect();
+        let own: Vec<(f64, DVector<f64>)> = speeds.iter().map(|speed| self.slope(*speed)).collect();
+        let count = self.values.len();
+        let mut more = DMatrix::zeros(count, count);
+        for (fit, weight) in fits.iter().zip(&weights).filter(|(fit, _)| fit.form != self.form) {
+            let off: Vec<f64> =
+                speeds.iter().zip(&own).map(|(u, (slope, _))| u * (fit.slope(*u).0 - slope)).collect();
+            let mut along = DVector::zeros(count);
+            for ((u, (_, by)), off) in speeds.iter().zip(&own).zip(&off) {
+                along.axpy(u * off, by, 1.0);
+            }
+            let step = &self.covariance * along;
+            let made: f64 = speeds.iter().zip(&own).map(|(u, (_, by))| (u * by.dot(&step)).powi(2)).sum();
+            let scale = weight / total * off.iter().map(|off| off * off).sum::<f64>() / made;
+            if scale.is_finite() {
+                let step = step * scale.sqrt();
+                more.ger(1.0, &step, &step, 1.0);
+            }
         }
-        let errors = between.iter().map(|between| (1.0 + between / within).sqrt());
-        let mean = errors.zip(&weights).map(|(error, weight)| weight * error).sum::<f64>() / total;
-        if mean.is_finite() { mean * mean } else { 1.0 }
+        more
     }
 
     /// The standard errors of the parameters.

@@ -120,6 +120,34 @@ fn a_law_that_does_not_follow_is_found_out() {
     }
 }
 
+/// What other laws say of the slope is in the errors: what damps an orbit at 0.05 and 0.2 is within two of them where the law is
+/// not known, and those of the law alone are hardly less.
+#[test]
+fn errors_know_of_other_laws() {
+    let form = form(Shape::Exponential, false);
+    let mut random = Random(9);
+    let damping = |of: &dyn Fn(f64) -> f64, v: f64| {
+        let angle = |i: i32| (f64::from(i) + 0.5) / 200.0 * std::f64::consts::PI;
+        (0..200).map(angle).map(|t| of(v * (1.0 - t.cos())) * t.cos()).sum::<f64>() / (100.0 * v)
+    };
+    let (mut outside, mut wider) = (0, 0.0);
+    for _ in 0..60 {
+        let data = readings(form, 40, 20.0, f64::NAN, &mut random);
+        let all = fits(&data, &[], None).unwrap();
+        let best = &all[0];
+        for v in [0.05, 0.2] {
+            let by = |i: usize| damping(&|u| best.form.gradient(&best.values, u)[i], v);
+            let by = DVector::from_fn(best.values.len(), |i, _| by(i));
+            let off = damping(&|u| best.friction(u) - form.friction(&truth(form.shape), u), v);
+            outside += i32::from(off.abs() > 1.96 * by.dot(&(&best.covariance * &by)).sqrt());
+        }
+        let alone = fit(best.form, &data, &[], None).unwrap();
+        wider += best.errors()[1] / alone.errors()[1] / 60.0;
+    }
+    // Of 120 intervals of 95 % 6 miss: at most 13 within three deviations of the binomial law.
+    assert!(outside <= 13 && (1.0..1.5).contains(&wider), "{outside} {wider}");
+}
+
 /// With a drop the readings at rest are a friction of their own.
 #[test]
 fn a_drop_is_found() {

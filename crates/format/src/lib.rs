@@ -21,7 +21,8 @@
 //! axes in any case. An axis that the configuration has in another unit, such as rpm, is shown in it in figures and
 //! tables: `shown_units`, and the size of that unit, `shown_units_in_si`. The other quantities are scalars; the CF attribute `coordinates` of every variable lists them,
 //! and xarray makes coordinates of them. Critical dampings are `critical_damping_METHOD`, with the errors
-//! `critical_damping_error_simulation`. `stick_slip_probability`, over all axes, is there if quantities are uncertain.
+//! `critical_damping_error_simulation`. `stick_slip_probability` and `vibration_by_itself_probability`,
+//! over all axes, are there if quantities are uncertain.
 //! The file has the attribute `machine_motion`, translation or rotation; its `law_definition` is in SI units.
 //!
 //! # Curves

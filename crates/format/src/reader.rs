@@ -11,7 +11,7 @@ use ndarray::ArrayD;
 
 use slipmap_column::Method;
 use slipmap_machine::{MOTION_ATTRIBUTE, Machine, Motion};
-use slipmap_map::dataset::auxiliary::PROBABILITY;
+use slipmap_map::dataset::auxiliary::{PROBABILITIES, PROBABILITY};
 use slipmap_map::dataset::{SCHEMA, Schema, Value};
 use slipmap_map::{Field, Grid, PlaneCurves, Shown, Tile};
 use slipmap_model::friction::Law;
@@ -199,7 +199,7 @@ impl MapFile {
     }
 
     pub(super) fn dataset(&self, variable: &str) -> Result<Dataset, StoreError> {
-        let is_probability = variable == PROBABILITY && self.has_probability();
+        let is_probability = PROBABILITIES.contains(&variable) && self.has_probability();
         if !self.has(variable) && !is_probability {
             return Err(StoreError::NoVariable {
                 path: self.path.clone(),

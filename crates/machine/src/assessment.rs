@@ -18,14 +18,14 @@ use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_column::backbone::Backbone;
 use slipmap_column::critical::is_known;
 use slipmap_column::crossing::crossing_cycles;
-use slipmap_column::slip_cycle::{Kick, Unknown, none_proved};
+use slipmap_column::slip_cycle::{Kick, Unknown};
 use slipmap_column::{HALVINGS, LongRun, Regime, Verdict, sticks_from};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::Column;
 use slipmap_numbers::text::{rounded, short};
 use slipmap_orbits::far_loops::FarLoops;
-use slipmap_orbits::flow;
+use slipmap_orbits::{Effort, flow};
 
 /// Verdict of a rigorous test at the working point.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -195,14 +195,14 @@ fn why_unknown(why: Unknown, beyond_data: Option<&String>) -> String {
 fn undetermined(
     oscillator: &Oscillator,
     flow: &Flow,
-    attractors: &slipmap_column::Behaviour,
+    slip: Option<Unknown>,
     beyond_data: Option<&String>,
 ) -> Undetermined {
     let mut reasons = Vec::new();
     if let Fate::Failed(why) = flow.fate {
         reasons.push(format!("stick-slip: {}", beyond_data.map_or_else(|| why.to_string(), Clone::clone)));
     }
-    if let Some(why) = attractors.slip_cycles_unknown(oscillator, flow).filter(|_| !none_proved(oscillator)) {
+    if let Some(why) = slip {
         reasons.push(format!("slip cycles: {}", why_unknown(why, beyond_data)));
     }
     let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
@@ -222,15 +222,16 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
 pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Assessment> {
     let model = machine.model()?;
     let Model { law, point, si: units } = &model;
-    let (behaviour, stick_slip) = behaviour::with_speeds(&model, TOLERANCE);
     let column = model.column();
     let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, TOLERANCE);
-    let hopf = HopfRate::new(&column.curve, column.belt_speed).value();
-    let critical = behaviour.critical_damping.map_or(f64::INFINITY, |damping| damping / units.damping);
     // One backbone serves all dampings.
     let attractors = slipmap_column::Behaviour::new(&column.curve, column.belt_speed);
-    let LongRun { cycle, basin, .. } = attractors.long_run(&oscillator, &flow, TOLERANCE);
+    let long_run = attractors.long_run(&oscillator, &flow, TOLERANCE);
+    let (behaviour, stick_slip) = behaviour::with_speeds(&model, &flow, &long_run, TOLERANCE);
+    let LongRun { cycle, basin, slip, .. } = long_run;
+    let hopf = HopfRate::new(&column.curve, column.belt_speed).value();
+    let critical = behaviour.critical_damping.map_or(f64::INFINITY, |damping| damping / units.damping);
     let regime = |damping: f64| {
         let oscillator = Oscillator::in_column(&column, damping);
         attractors.regime_of(&oscillator, &slipmap_orbits::flow(&oscillator, TOLERANCE))
@@ -243,7 +244,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let proofs: Vec<Proof> = proofs.collect();
     let backbone = attractors.backbone();
     let vibrates_below =
-        backbone.and_then(|backbone| vibrates_below_damping(backbone, &column, critical, regime));
+        backbone.ok().and_then(|backbone| vibrates_below_damping(backbone, &column, critical, regime));
     let has_kick = basin.is_some()
         || matches!(
             behaviour.regime,
@@ -252,7 +253,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let beyond_data = beyond_data(machine, &behaviour);
     let is_missing = vibrates_below.is_none() || !has_kick;
     let slip_cycles_unknown = is_missing
-        .then(|| attractors.slip_cycles_unknown(&oscillator, &flow).or_else(|| attractors.backbone_unknown()))
+        .then(|| slip.as_ref().err().copied().or_else(|| backbone.err().map(Unknown::from)))
         .flatten()
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
     let highest = stick_slip.holds.last().map(|[_, end]| *end);
@@ -271,7 +272,8 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let folds = backbone.iter().flat_map(|backbone| backbone.turning_points()).map(|turn| turn.viscous);
     // On fast belts the orbit from the exit point crosses for ever below a damping, which may be next to c*.
     let lands = is_positive(&column, critical) && critical.is_finite();
-    let lands = lands.then(|| sticks_from(&column, [0.0, critical], HALVINGS, TOLERANCE).between);
+    let lands =
+        lands.then(|| sticks_from(Effort::Whole, &column, [0.0, critical], HALVINGS, TOLERANCE).between);
     let changes = folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]);
     let changes: Vec<f64> = changes.chain(lands.into_iter().flatten()).collect();
     let dampings = intervals::of_dampings(&column, units.damping, &changes, |oscillator, flow| {
@@ -293,7 +295,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         standard_errors: StandardErrors::of(machine, uncertain, highest, basin.is_some()),
         needed_for_speeds: needed_for_speeds.map(|speed| speed * units.velocity),
         undetermined: matches!(behaviour.regime, Regime::Failed | Regime::Neutral)
-            .then(|| undetermined(&oscillator, &flow, &attractors, beyond_data.as_ref())),
+            .then(|| undetermined(&oscillator, &flow, slip.err(), beyond_data.as_ref())),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
         severity: cycle.map(|cycle| 0.5 * (cycle.velocity.hi - cycle.velocity.lo) / column.belt_speed),
@@ -315,7 +317,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
 mod tests {
     use super::*;
     use crate::{Friction, example, example_of, formula};
-    use slipmap_column::slip_cycle::slip_cycles;
+    use slipmap_column::slip_cycles;
     use slipmap_model::friction::{Law, Table};
     use slipmap_model::point::Point;
     use slipmap_numbers::random::Random;
@@ -479,7 +481,8 @@ mod tests {
         // No slip cycle lies beyond the grazing orbit: the critical damping is the last limit.
         assert_eq!(all.vibrates_below_damping, all.behaviour.critical_damping);
         let Model { law, point, .. } = machine.model().unwrap();
-        let cycles = slip_cycles(&Oscillator::new(&law, &point), TOLERANCE).unwrap();
+        let oscillator = Oscillator::new(&law, &point);
+        let cycles = slip_cycles(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).unwrap();
         // By turns of another program, with the interpolation and the method of Runge and Kutta of SciPy.
         assert!(cycles.len() == 1 && !cycles[0].is_stable(), "{cycles:?}");
         assert!((cycles[0].velocity.hi - 0.046_691_803).abs() < 2e-9, "{cycles:?}");
@@ -501,8 +504,9 @@ mod tests {
         let machine = example_of(friction, [2.0, 5e5, 1000.0, 0.15, 30.0]);
         let Model { law, point, .. } = machine.model().unwrap();
         let oscillator = Oscillator::new(&law, &point);
-        let attractors = slipmap_column::Behaviour::new(&oscillator.curve, oscillator.belt_speed);
-        let found = undetermined(&oscillator, &flow(&oscillator, TOLERANCE), &attractors, None);
+        let flow = flow(&oscillator, TOLERANCE);
+        let slip = slipmap_column::slip_cycles(&oscillator, &flow, TOLERANCE).err();
+        let found = undetermined(&oscillator, &flow, slip, None);
         assert_eq!(found.sticks, Some(true), "{found:?}");
         assert!(found.reasons.is_empty(), "{found:?}");
     }

@@ -3,13 +3,12 @@
 use crate::Model;
 pub use crate::intervals::Limit;
 use crate::intervals::{Intervals, of_stick_slip};
-use slipmap_column::crossing::stick_slip_cycle;
-use slipmap_column::{CriticalDamping, NoCriticalDamping, Regime, critical_damping, regime, slip_cycles};
+use slipmap_column::{CriticalDamping, End, LongRun, NoCriticalDamping, Regime, critical_damping};
 use slipmap_model::filippov::{Eigenvalues, HopfRate, Oscillator};
-use slipmap_model::flow::Fate;
+use slipmap_model::flow::{Fate, Flow};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
-use slipmap_orbits::flow;
+use slipmap_orbits::{Cycle, Effort, flow, flow_with};
 use slipmap_witness::{Start, trace};
 
 /// The behaviour of a machine, in SI units; for a rotation rad replaces m and N m replaces N.
@@ -72,7 +71,10 @@ pub(crate) fn needed_for_stick_slip(law: &Law, point: &Point, from: f64, attract
     let continued = Law::Table(table.continued(8.0 * table.fastest())?);
     let at = |belt_speed: f64| Point { belt_speed, ..*point };
     let sticks = |speed: &f64| {
-        matches!(flow(&Oscillator::new(&continued, &at(*speed)), CONTINUED).fate, Fate::Sticks(_))
+        matches!(
+            flow_with(Effort::Small, &Oscillator::new(&continued, &at(*speed)), CONTINUED).fate,
+            Fate::Sticks(_)
+        )
     };
     if !(attracts || sticks(&from)) {
         return None;
@@ -102,20 +104,25 @@ pub(crate) fn is_positive(column: &Column, critical: f64) -> bool {
 /// Computes the behaviour of a machine.
 #[must_use]
 pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
-    with_speeds(model, tolerance).0
+    let oscillator = Oscillator::new(&model.law, &model.point);
+    let flow = flow(&oscillator, tolerance);
+    let long_run = slipmap_column::long_run(&oscillator, &flow, tolerance);
+    with_speeds(model, &flow, &long_run, tolerance).0
 }
 
-/// The behaviour, and the belt speeds V at which the stick-slip cycle attracts.
-pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Intervals) {
+/// The behaviour with this flow and in the long run, and the belt speeds V at which the stick-slip cycle attracts.
+pub(crate) fn with_speeds(
+    model: &Model,
+    flow: &Flow,
+    long_run: &LongRun,
+    tolerance: f64,
+) -> (Behaviour, Intervals) {
     let Model { law, point, si: units } = model;
     let oscillator = Oscillator::new(law, point);
-    let flow = flow(&oscillator, tolerance);
     let half = |range: slipmap_model::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
-    let stick_slip = stick_slip_cycle(&oscillator, &flow, tolerance).ok().flatten();
-    let slip =
-        || slip_cycles(&oscillator, &flow, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
-    let amplitude = stick_slip.map(|cycle| half(cycle.displacement));
-    let amplitude = amplitude.or_else(|| slip().map(|cycle| half(cycle.displacement)));
+    let stick_slip = long_run.cycle.filter(|_| End::of(flow) == End::Sticks);
+    let slip = || long_run.slip.as_ref().ok()?.iter().copied().rfind(Cycle::is_stable);
+    let amplitude = stick_slip.or_else(slip).map(|cycle| half(cycle.displacement));
     let column = model.column();
     let root = critical_damping(&column, tolerance);
     let known = root.and_then(CriticalDamping::known);
@@ -131,10 +138,12 @@ pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Interval
         critical_damping_error: match known {
             Ok(_) => critical.map(|root| root.error * units.damping),
             Err(NoCriticalDamping::Inaccurate { error }) => Some(error * units.damping),
-            Err(NoCriticalDamping::NotFollowed | NoCriticalDamping::Contradicted) => None,
+            Err(
+                NoCriticalDamping::NotFollowed | NoCriticalDamping::Quota | NoCriticalDamping::Contradicted,
+            ) => None,
         },
         critical_damping_ratio: critical.map(|root| 0.5 * root.c),
-        regime: regime(&oscillator, &flow),
+        regime: long_run.regime,
         slip_and_stick_time: times.map(|times| times.map(|time| time * units.time)),
         growth_time: growth_time(&oscillator).map(|time| time * units.time),
         amplitude,

@@ -7,6 +7,7 @@
 //! | `damping_ratio` zeta | the damping | d = 2 zeta sqrt(k m) |
 //! | `pressure` p and `area` A | the normal force | N = p A |
 //! | `radius` r, of a rotation | | the torque of friction is mu(u) N r: N is a force |
+//! | `radius` r, of what slides on a disc | | speeds may be written per angle, and are shown so, too: v = r omega |
 
 use std::f64::consts::TAU;
 
@@ -33,6 +34,8 @@ pub struct Given {
     pressure: Option<[f64; 2]>,
     /// m and N: the radius and the normal force there.
     radius: Option<[f64; 2]>,
+    /// m: the radius at which a disc moves what slides on it. No quantity: the belt speed is known.
+    disc: Option<f64>,
 }
 
 impl Given {
@@ -47,7 +50,24 @@ impl Given {
             damping_ratio: value(DAMPING_RATIO),
             pressure: both(PRESSURE, AREA),
             radius: value(RADIUS).map(|radius| [radius, value(NORMAL_FORCE).unwrap_or(1.0)]),
+            disc: None,
         }
+    }
+
+    /// The same on a disc, at this radius.
+    #[must_use]
+    pub fn on_disc(self, radius: Option<f64>) -> Self {
+        Self { disc: radius, ..self }
+    }
+
+    /// The radius at which a disc moves what slides on it.
+    pub fn disc(&self) -> Option<f64> {
+        self.disc
+    }
+
+    /// The radius that makes rotary speeds of speeds along a line, and back.
+    pub fn radius_of_speeds(&self) -> Option<f64> {
+        self.disc.or(self.radius.map(|[radius, _]| radius))
     }
 
     /// Whether the damping is given by its ratio.

@@ -18,16 +18,22 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use slipmap_column::backbone::Backbone;
-use slipmap_column::{Regime, Verdict, critical_damping};
+use slipmap_column::critical::critical_damping_with;
+use slipmap_column::{Behaviour, Regime, Verdict};
 use slipmap_model::filippov::{Oscillator, Stability};
 use slipmap_model::flow::Flow;
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::named;
 use slipmap_numbers::roots::{Bracket, falling_root};
-use slipmap_orbits::flow;
+use slipmap_orbits::{Effort, flow_with};
 pub(crate) use tried::belt_speeds;
 use tried::last_within;
+
+/// The flow at one of many values.
+fn flow_of(oscillator: &Oscillator) -> Flow {
+    flow_with(Effort::Small, oscillator, TOLERANCE)
+}
 
 /// Tolerance of the scaled grazing margin.
 pub(crate) const TOLERANCE: f64 = 1e-9;
@@ -346,11 +352,11 @@ pub(crate) fn of_stick_slip(law: &Law, point: &Point) -> Intervals {
     let speeds = Speeds { law, point, regimes: Mutex::default() };
     let sticks = |speed: f64| {
         let oscillator = speeds.at(speed);
-        let holds = Statement::MayStick.holds(&oscillator, &flow(&oscillator, TOLERANCE), || Regime::Failed);
+        let holds = Statement::MayStick.holds(&oscillator, &flow_of(&oscillator), || Regime::Failed);
         // The critical damping may be known where an orbit cannot be followed.
         holds.or_else(|| {
             let column = law.column(&Point { belt_speed: speed, ..*point });
-            let critical = critical_damping(&column, TOLERANCE).ok()?;
+            let critical = critical_damping_with(Effort::Small, &column, TOLERANCE).ok()?;
             (critical.c + critical.error < point.damping).then_some(false)
         })
     };
@@ -429,12 +435,13 @@ impl Speeds<'_> {
     /// Whether a statement holds at a speed. The attractors are found once for each speed.
     fn holds(&self, statement: Statement, speed: f64) -> Option<bool> {
         let oscillator = self.at(speed);
-        let flow = flow(&oscillator, TOLERANCE);
+        let flow = flow_of(&oscillator);
         statement.holds(&oscillator, &flow, || {
             let known = || self.regimes.lock().unwrap_or_else(PoisonError::into_inner);
             let found = known().get(&speed.to_bits()).copied();
             found.unwrap_or_else(|| {
-                let regime = slipmap_column::regime(&oscillator, &flow);
+                let behaviour = Behaviour::with(Effort::Small, &oscillator.curve, speed);
+                let regime = behaviour.regime_of(&oscillator, &flow);
                 known().insert(speed.to_bits(), regime);
                 regime
             })
@@ -480,7 +487,7 @@ fn surplus(oscillator: &Oscillator) -> Option<(f64, f64)> {
     let Oscillator { curve, belt_speed, viscous } = oscillator;
     // Orbits that only touch a corner take many steps at a fine tolerance.
     let tolerance = if curve.corners().is_empty() { OF_FOLDS } else { WITH_CORNERS };
-    let backbone = Backbone::of_curve(curve, *belt_speed, tolerance).ok()?;
+    let backbone = Backbone::with(Effort::Small, curve, *belt_speed, tolerance).ok()?;
     let (mut highest, mut most) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     for turn in backbone.turning_points() {
         most = most.max(highest.min(viscous - turn.viscous));
@@ -519,14 +526,14 @@ pub(crate) fn of_dampings(
     let limits: Vec<Known> = limits.into_iter().map(|limit| (limit, BESIDE)).collect();
     each(&judged, &limits, &DEAR, unit, |statement, damping| {
         let oscillator = at(damping);
-        let flow = flow(&oscillator, TOLERANCE);
+        let flow = flow_of(&oscillator);
         statement.holds(&oscillator, &flow, || regime(&oscillator, &flow))
     })
 }
 
 /// Judges every statement.
 fn judge(oscillator: &Oscillator, regime: impl Fn(&Oscillator, &Flow) -> Regime) -> States {
-    let (flow, known) = (flow(oscillator, TOLERANCE), OnceCell::new());
+    let (flow, known) = (flow_of(oscillator), OnceCell::new());
     Statement::ALL.map(|it| it.holds(oscillator, &flow, || *known.get_or_init(|| regime(oscillator, &flow))))
 }
 

@@ -235,6 +235,9 @@ pub const MOTION_ATTRIBUTE: &str = "machine_motion";
 /// The name of the mass as a key of configurations and as a column of tables.
 pub const MASS: &str = "mass";
 const STIFFNESS: &str = "stiffness";
+/// The name of the friction at rest of a law with coefficients, as that of the normal force.
+pub const STATIC_FRICTION: &str = "static_friction";
+const KINETIC_FRICTION: &str = "kinetic_friction";
 /// The name of the normal force, as that of the mass.
 pub const NORMAL_FORCE: &str = "normal_force";
 /// The name of the belt speed as a key of configurations and as an axis of maps.
@@ -346,7 +349,16 @@ impl Machine {
 
     /// The SI unit of one of its quantities; empty for a pure number, and for a name in a formula.
     pub fn unit(&self, quantity: &str) -> &'static str {
-        unit(quantity, self.motion, &self.law(), self.given.has_radius())
+        unit(quantity, self.motion, &self.law(), self.normal())
+    }
+
+    /// Where its normal force is.
+    pub fn normal(&self) -> Normal {
+        match (self.normal_force_is_known, self.given.has_radius()) {
+            (false, _) => Normal::InFriction,
+            (true, true) => Normal::AtRadius,
+            (true, false) => Normal::Alone,
+        }
     }
 
     /// The words for one of its quantities. Names in a formula stay as they are written.
@@ -414,11 +426,29 @@ impl Machine {
     }
 }
 
-/// The SI unit of a quantity of a machine under a law, whose normal force is perhaps that at a radius; empty for a
-/// pure number, and for a name in a formula.
-pub fn unit(quantity: &str, motion: Motion, law: &Law, at_radius: bool) -> &'static str {
+/// Where the normal force of a machine is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Normal {
+    /// A number, for a rotation times its arm.
+    Alone,
+    /// A number, at the radius of a rotation.
+    AtRadius,
+    /// In the friction, which is a force.
+    InFriction,
+}
+
+/// The SI unit of a quantity of a machine under a law; empty for a pure number, and for a name in a formula.
+pub fn unit(quantity: &str, motion: Motion, law: &Law, normal: Normal) -> &'static str {
     match quantity {
-        NORMAL_FORCE if at_radius => Motion::Translation.unit(Dimension::Force),
+        NORMAL_FORCE if normal == Normal::AtRadius => Motion::Translation.unit(Dimension::Force),
+        STATIC_FRICTION | KINETIC_FRICTION if normal == Normal::InFriction => motion.unit(Dimension::Force),
+        "strengthening" if normal == Normal::InFriction => {
+            match (law.built_in().map(|law| law.strengthening), motion) {
+                (Some(Strengthening::Quadratic), Motion::Translation) => "N s²/m²",
+                (Some(Strengthening::Quadratic), Motion::Rotation) => "N m s²/rad²",
+                (Some(Strengthening::Linear) | None, motion) => motion.unit(Dimension::Damping),
+            }
+        }
         "strengthening" => match (law.built_in().map(|law| law.strengthening), motion) {
             (Some(Strengthening::Quadratic), Motion::Translation) => "s²/m²",
             (Some(Strengthening::Quadratic), Motion::Rotation) => "s²/rad²",

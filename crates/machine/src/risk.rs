@@ -15,6 +15,8 @@
 
 mod errors;
 
+use std::time::{Duration, Instant};
+
 use rayon::prelude::*;
 
 use crate::{Friction, Machine, Model};
@@ -22,13 +24,13 @@ use errors::has_standard_errors;
 pub(crate) use errors::{Moved, joint};
 pub use errors::{WithError, uncertain_critical_damping};
 use slipmap_certify::landing::amplitude_bounds;
-use slipmap_column::critical::{CriticalDamping, critical_damping, critical_dampings};
+use slipmap_column::critical::{CriticalDamping, critical_damping, critical_dampings_with};
 use slipmap_column::sticks_from;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Column, Table};
 use slipmap_numbers::random::Random;
 use slipmap_orbits::far_loops::FarLoops;
-use slipmap_orbits::flow;
+use slipmap_orbits::{Effort, flow};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +39,11 @@ pub enum Spread {
     /// damping, are drawn again.
     Normal {
         /// Standard deviation.
+        sd: f64,
+    },
+    /// Normal, with this standard deviation over the value: of a quantity with several values.
+    Relative {
+        /// Standard deviation over the value.
         sd: f64,
     },
     /// Uniform between two values.
@@ -58,10 +65,19 @@ pub enum Spread {
 pub const MOST_JOINT: usize = 6;
 
 impl Spread {
-    /// Its standard deviation.
-    pub fn sd(&self) -> f64 {
-        match *self {
-            Spread::Normal { sd } => sd,
+    /// The spread around this value.
+    #[must_use]
+    pub fn at(self, value: f64) -> Self {
+        match self {
+            Spread::Relative { sd } => Spread::Normal { sd: sd * value.abs() },
+            other => other,
+        }
+    }
+
+    /// Its standard deviation around this value.
+    pub fn sd(&self, value: f64) -> f64 {
+        match self.at(value) {
+            Spread::Normal { sd } | Spread::Relative { sd } => sd,
             Spread::Uniform { min, max } => (max - min) / 12f64.sqrt(),
             Spread::Joint { row } => row.iter().map(|part| part * part).sum::<f64>().sqrt(),
         }
@@ -108,6 +124,8 @@ pub struct Risk {
     pub standard_error: Option<f64>,
     /// The probability that the machine may stick-slip.
     pub probability: Estimate,
+    /// The probability that it vibrates by itself: steady slip is unstable, and every start but that ends in a vibration.
+    pub by_itself: Estimate,
     /// The dampings for the given probabilities.
     pub rare_by: Vec<RareBy>,
 }
@@ -213,8 +231,8 @@ impl<'a> Draws<'a> {
         let values: Vec<f64> = uncertain
             .iter()
             .zip(nominal)
-            .map(|((_, spread), nominal)| match spread {
-                Spread::Normal { sd } => nominal + sd * random.normal(),
+            .map(|((_, spread), nominal)| match spread.at(*nominal) {
+                Spread::Normal { sd } | Spread::Relative { sd } => nominal + sd * random.normal(),
                 Spread::Uniform { min, max } => min + (max - min) * random.unit(),
                 Spread::Joint { row } => {
                     nominal + row.iter().zip(joint).map(|(part, z)| part * z).sum::<f64>()
@@ -239,7 +257,7 @@ impl<'a> Draws<'a> {
     fn search(&self, draws: &[Draw], may_cross: bool) -> Vec<Option<Found>> {
         let models: Vec<Option<Model>> = draws.iter().map(|draw| draw.machine.model()).collect();
         let columns: Vec<Column> = models.iter().flatten().map(Model::column).collect();
-        let mut found = critical_dampings(&columns, TOLERANCE).into_iter().zip(&columns);
+        let mut found = critical_dampings_with(Effort::Small, &columns, TOLERANCE).into_iter().zip(&columns);
         let of = |(draw, model): (&Draw, &Option<Model>)| {
             let unit = model.as_ref()?.si.damping;
             let (found, column) = found.next()?;
@@ -250,6 +268,7 @@ impl<'a> Draws<'a> {
             Some(Found {
                 critical: known.c * unit + off,
                 error: known.error * unit,
+                unstable_below: column.curve.weakening(column.belt_speed) / column.epsilon * unit,
                 sticks_between: from.map(|from| from * unit + off),
             })
         };
@@ -273,6 +292,8 @@ pub(crate) fn error_by_curve(machine: &Machine) -> f64 {
 struct Found {
     critical: f64,
     error: f64,
+    /// The damping below which steady slip is unstable: the slope by which friction falls, times the normal force.
+    unstable_below: f64,
     /// The damping below which the orbit from the exit point crosses the belt line for ever, and that from which it
     /// sticks; -infinity where it crosses at no legal one.
     sticks_between: [f64; 2],
@@ -293,7 +314,8 @@ fn stays_in_data(column: &Column) -> bool {
 /// c*, and that from which it sticks; -infinity where it crosses at no damping, and for the first where that is not known.
 fn sticks_between(column: &Column, critical: f64) -> [f64; 2] {
     let range = [0.0, critical];
-    let found = (critical > 0.0).then(|| sticks_from(column, range, HALVINGS, TOLERANCE).between);
+    let found =
+        (critical > 0.0).then(|| sticks_from(Effort::Small, column, range, HALVINGS, TOLERANCE).between);
     found.unwrap_or_default().map(|from| if from > 0.0 { from } else { f64::NEG_INFINITY })
 }
 
@@ -329,6 +351,8 @@ pub struct Needed {
 #[derive(Clone, Copy, Debug)]
 struct NeededDraw {
     damping: f64,
+    /// The nominal damping below which it vibrates by itself.
+    unstable_below: f64,
     /// The nominal damping below which its orbits cross the belt line for ever, and that from which they stick.
     sticks_between: [f64; 2],
     legal_from: f64,
@@ -340,6 +364,16 @@ impl Needed {
     /// # Errors
     /// [`NoRisk`].
     pub fn of(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Result<Self, NoRisk> {
+        Self::until(machine, uncertain, draws, None)
+    }
+
+    /// The same, with fewer draws if `end` comes first; the first [`SEARCHED_TOGETHER`] are drawn in any case.
+    fn until(
+        machine: &Machine,
+        uncertain: &[Uncertain],
+        draws: usize,
+        end: Option<Instant>,
+    ) -> Result<Self, NoRisk> {
         if draws > MOST_DRAWS {
             return Err(NoRisk::TooMany);
         }
@@ -357,28 +391,42 @@ impl Needed {
         let mut models = some.filter_map(|draw| draw.machine.model());
         let may_cross = models.any(|model| may_cross(&model.column()));
         // The machines of a chunk are gone before most others are drawn: they take ten times as much memory as what is kept.
+        let is_late = || end.is_some_and(|end| Instant::now() >= end);
         let chunk = |chunk: usize| {
+            if chunk > 0 && is_late() {
+                return Ok((Vec::new(), 0, 0.0, 0));
+            }
             let drawn = drawn(chunk)?;
-            let search = |some: &[Draw]| all.search(some, may_cross);
-            let found: Vec<Option<Found>> =
-                drawn.par_chunks(SEARCHED_TOGETHER).flat_map_iter(search).collect();
-            let redrawn: usize = drawn.iter().map(|draw| draw.redrawn).sum();
-            let error = found.iter().flatten().map(|found| found.error).fold(0.0, f64::max);
-            let known = drawn.iter().zip(&found).filter_map(|(draw, found)| Some((draw, found.as_ref()?)));
+            let search = |(part, some): (usize, &'_ [Draw])| match chunk + part > 0 && is_late() {
+                true => (0, Vec::new()),
+                false => (part * SEARCHED_TOGETHER, all.search(some, may_cross)),
+            };
+            let found: Vec<(usize, Vec<Option<Found>>)> =
+                drawn.par_chunks(SEARCHED_TOGETHER).enumerate().map(search).collect();
+            let searched = || {
+                let of = |(from, found): &'_ (usize, Vec<Option<Found>>)| (*from, found.len());
+                found.iter().map(of).flat_map(|(from, count)| &drawn[from..from + count])
+            };
+            let redrawn: usize = searched().map(|draw| draw.redrawn).sum();
+            let found = || found.iter().flat_map(|(_, found)| found);
+            let error = found().flatten().map(|found| found.error).fold(0.0, f64::max);
+            let known = searched().zip(found()).filter_map(|(draw, found)| Some((draw, found.as_ref()?)));
             let needed = known.map(|(Draw { machine, of_damping, .. }, found)| {
                 let nominal = |damping: f64| damping / machine.si_damping() - of_damping;
                 NeededDraw {
                     damping: nominal(found.critical),
+                    unstable_below: nominal(found.unstable_below),
                     sticks_between: found.sticks_between.map(nominal),
                     legal_from: -of_damping,
                 }
             });
-            Ok((needed.collect::<Vec<_>>(), redrawn, error))
+            Ok((needed.collect::<Vec<_>>(), redrawn, error, found().count()))
         };
         let chunks: Vec<_> =
             (0..draws.div_ceil(CHUNK)).into_par_iter().map(chunk).collect::<Result<_, NoRisk>>()?;
         let (mut needed, mut redrawn, mut error) = (Vec::with_capacity(draws), 0, 0.0);
-        for (some, redrawn_here, error_here) in chunks {
+        let draws: usize = chunks.iter().map(|(.., searched)| searched).sum();
+        for (some, redrawn_here, error_here, _) in chunks {
             needed.extend(some);
             redrawn += redrawn_here;
             error = f64::max(error, error_here);
@@ -420,12 +468,21 @@ impl Needed {
         Estimate { limits: [none[0], all[1]], ..share(count, of) }
     }
 
+    /// Probability that the machine vibrates by itself at this nominal damping, with limits as of
+    /// [`Needed::probability`].
+    pub fn by_itself(&self, damping: f64) -> Estimate {
+        let does = |draw: &&NeededDraw| draw.legal_from <= damping && damping < draw.unstable_below;
+        let (count, of) = (self.draws.iter().filter(does).count(), self.legal_of(&self.draws, damping));
+        let [none, all] = [count, count + self.failed].map(|count| share(count, of + self.failed).limits);
+        Estimate { limits: [none[0], all[1]], ..share(count, of) }
+    }
+
     /// How many draws are legal, how many of those are known to stick-slip, and of how many that is unknown, just below each
     /// nominal damping at which that changes, from infinity down to 0.
     fn counts(&self) -> Vec<(f64, [i32; 3])> {
         let mut changes = vec![(f64::INFINITY, [self.draws.len() as i32, 0, 0])];
         let mut add = |damping: f64, change| changes.extend((damping > 0.0).then_some((damping, change)));
-        for &NeededDraw { damping, sticks_between, legal_from } in self.draws.iter().rev() {
+        for &NeededDraw { damping, sticks_between, legal_from, .. } in self.draws.iter().rev() {
             let [crosses_below, from] = sticks_between.map(|from| from.max(legal_from).min(damping));
             if from < damping {
                 add(damping, [0, 1, 0]);
@@ -488,8 +545,8 @@ pub fn usual_draws(machine: &Machine) -> usize {
     ((WORK / work.max(1)) as usize).clamp(FEWEST_DRAWS, USUAL_DRAWS)
 }
 
-/// Draws machines and computes the critical damping of each: `draws` of them, or as many as take some seconds.
-/// The result does not depend on the number of threads.
+/// Draws machines and computes the critical damping of each: `draws` of them, or as many as take some seconds; fewer if
+/// `time` is over first. Without it the result does not depend on the number of threads, nor on the time.
 ///
 /// # Errors
 /// [`NoRisk`].
@@ -498,9 +555,11 @@ pub fn risk(
     uncertain: &[Uncertain],
     draws: Option<usize>,
     rare: &[f64],
+    time: Option<Duration>,
 ) -> Result<Risk, NoRisk> {
     let usual = usual_draws(machine);
-    let needed = Needed::of(machine, uncertain, draws.unwrap_or(usual))?;
+    let end = time.and_then(|time| Instant::now().checked_add(time));
+    let needed = Needed::until(machine, uncertain, draws.unwrap_or(usual), end)?;
     let (damping, unit) = (given_damping(machine), machine.si_damping());
     let in_si =
         |found: Estimate| Estimate { value: found.value * unit, limits: found.limits.map(|it| it * unit) };
@@ -519,6 +578,7 @@ pub fn risk(
         critical_damping_error: needed.error,
         standard_error: uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error),
         probability,
+        by_itself: needed.by_itself(damping),
         rare_by: rare_by.collect(),
     })
 }

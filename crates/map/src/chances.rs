@@ -13,6 +13,8 @@ use slipmap_machine::risk::{
 pub struct Probabilities {
     /// Probabilities, row-major over machines (slower) and dampings; NaN where no draw has an answer.
     pub values: Vec<f64>,
+    /// The probabilities that it vibrates by itself, likewise.
+    pub by_itself: Vec<f64>,
     /// Number of draws, over all machines, whose critical damping was not found; they are left out.
     pub failed: usize,
     /// Number of illegal machines that were drawn, see [`slipmap_machine::risk::Risk::redrawn`].
@@ -54,24 +56,29 @@ impl<'a> Chances<'a> {
         let Self { grid, uncertain, draws } = *self;
         let dampings = grid.dampings();
         let find = || {
-            let mut all = Probabilities { values: Vec::new(), failed: 0, redrawn: 0 };
+            let mut all = Probabilities { values: Vec::new(), by_itself: Vec::new(), failed: 0, redrawn: 0 };
             for machine in (0..grid.column_count()).filter_map(|column| machine_of(grid, column)) {
                 if stop.load(Ordering::Relaxed) {
                     return Err(NoRisk::Interrupted);
                 }
                 // What is no machine has no probability.
-                if !machine.is_legal() {
+                let unknown = |all: &mut Probabilities| {
                     all.values.extend(dampings.iter().map(|_| f64::NAN));
+                    all.by_itself.extend(dampings.iter().map(|_| f64::NAN));
+                };
+                if !machine.is_legal() {
+                    unknown(&mut all);
                     continue;
                 }
                 match Needed::of(&machine, uncertain, draws) {
                     Ok(needed) => {
                         all.values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));
+                        all.by_itself.extend(dampings.iter().map(|&damping| needed.by_itself(damping).value));
                         all.failed += needed.failed;
                         all.redrawn += needed.redrawn;
                     }
                     Err(NoRisk::NoneFound) => {
-                        all.values.extend(dampings.iter().map(|_| f64::NAN));
+                        unknown(&mut all);
                         all.failed += draws;
                     }
                     Err(why) => return Err(why),
@@ -139,12 +146,13 @@ mod tests {
         let varied = [("belt_speed", speeds.to_vec()), ("damping", dampings.to_vec())];
         let grid = Grid::of_machine(&machine, &varied).unwrap();
         let chances = Chances { draws: 3000, ..Chances::of(&grid, &uncertain).unwrap() };
-        let map = chances.probabilities(Some(1), &stop).unwrap().values;
+        let Probabilities { values: map, by_itself, .. } = chances.probabilities(Some(1), &stop).unwrap();
         for (i, speed) in speeds.into_iter().enumerate() {
             for (j, damping) in dampings.into_iter().enumerate() {
                 let here = machine.with("belt_speed", speed).unwrap().with("damping", damping).unwrap();
-                let alone = risk(&here, &uncertain, Some(3000), &[]).unwrap().probability;
-                assert_eq!(map[3 * i + j], alone.value, "{speed} {damping}");
+                let alone = risk(&here, &uncertain, Some(3000), &[], None).unwrap();
+                let of_map = [map[3 * i + j], by_itself[3 * i + j]];
+                assert_eq!(of_map, [alone.probability.value, alone.by_itself.value], "{speed} {damping}");
             }
         }
         assert!(map[0] == 1.0 && map[5] < map[3], "{map:?}");

@@ -4,7 +4,7 @@ use super::{Axis, AxisRole, Field, Grid, Plane, Quantity, tiles};
 use slipmap_certify::validated;
 use slipmap_column::{DEFAULT_TOLERANCE, Method, TOLERANCES, limits};
 use slipmap_model::friction::Column;
-use slipmap_orbits::QUESTION;
+use slipmap_orbits::Piece;
 
 /// Largest number of dampings for which columns are interpolated: with more, each column serves many cells.
 const MOST_DAMPINGS_INTERPOLATED: usize = 2;
@@ -31,10 +31,6 @@ pub struct Plan {
     /// Level of deflate.
     pub compression: u8,
 }
-
-/// Numbers of budgets that the search of a critical damping and the backbones of a column may take.
-const CRITICAL: u128 = 2;
-const BACKBONES: u128 = 12;
 
 /// Default number of cells that the direct engine decides again.
 pub const DEFAULT_AUDIT_CELLS: usize = 1000;
@@ -278,26 +274,28 @@ impl Plan {
         Quantity::of(field, self.methods.len(), self.grid.axes().len() - 1)
     }
 
-    /// Bound of the right-hand sides of the cells, in units of those of the Stribeck law: each search has a budget, of
-    /// at most one question. Most searches take a thousandth of it.
+    /// Bound of the right-hand sides of the cells, in units of those of the Stribeck law, by the quotas. Most pieces of
+    /// knowledge take a thousandth of theirs.
     pub fn most_work(&self) -> u128 {
-        let stored = |field, questions: u128| if self.stores(field) { questions } else { 0 };
-        let limits = self.methods.len() as u128 * u128::from(limits::WORK.div_ceil(QUESTION));
-        // The critical damping by turns and by quarters; as much again of a curve without its drop; coarse and fine backbones, with a second attempt each.
-        let of_column = 2 * CRITICAL + stored(Field::Sensitivity, CRITICAL) + 2 * BACKBONES;
-        // The orbit from the exit point in two accuracies, by its turn and its landing, as often as a field asks for it.
-        let orbit = 2 * self.methods.len() as u128;
-        let of_cell = orbit
-            + stored(Field::Regime, 2)
-            + stored(Field::Landing, 2)
-            + stored(Field::Cycle, 4)
-            + stored(Field::Basin, 4)
-            + stored(Field::EpsilonLimit, 2 * limits);
+        let quota = |pieces: &[Piece]| pieces.iter().map(|piece| u128::from(piece.quota())).sum::<u128>();
+        let stored = |field, work: u128| if self.stores(field) { work } else { 0 };
+        use Piece::{CoarseBackbones, Critical, Fate, FineBackbone, Kick, Loops, RoughBackbone, SlipCycles};
+        // C* in two accuracies, and C(V) of a curve without its drop; coarse backbones of its own and to be interpolated.
+        let of_column = quota(&[Critical, Critical, Critical])
+            + quota(&[CoarseBackbones, CoarseBackbones, FineBackbone, RoughBackbone])
+            + stored(Field::Sensitivity, quota(&[Critical, Critical, Piece::Sensitivity]));
+        let orbits = self.methods.len() as u128 * quota(&[Fate]);
+        let of_cell = orbits
+            + stored(Field::Regime, quota(&[Loops]))
+            + stored(Field::Landing, quota(&[Fate, Fate]))
+            + stored(Field::Cycle, quota(&[Fate, Fate, SlipCycles, Loops]))
+            + stored(Field::Basin, quota(&[SlipCycles, Kick]))
+            + stored(Field::EpsilonLimit, 2 * self.methods.len() as u128 * u128::from(limits::WORK));
         // Tiles that part the dampings of a column ask for it once each.
         let dampings = self.grid.dampings().len();
         let parts = dampings.div_ceil(self.tile_shape.last().copied().unwrap_or(dampings).max(1)) as u128;
         let columns = self.grid.column_count() as u128;
-        u128::from(QUESTION) * (columns * parts * of_column + self.grid.cells() as u128 * of_cell)
+        columns * parts * of_column + self.grid.cells() as u128 * of_cell
     }
 }
 

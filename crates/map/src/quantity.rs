@@ -165,18 +165,19 @@ impl Description {
         let (cycle, basin) = (plan.stores(Field::Cycle), plan.stores(Field::Basin));
         let lands = end == End::Sticks && (cycle || plan.stores(Field::Landing));
         let stick_slip = lands.then(|| landing_and_cycle(oscillator, plan.tolerance).ok()?).flatten();
+        let at = behaviour.at(oscillator, end, plan.tolerance);
         Self {
             landing: stick_slip.map(|(landing, _)| landing),
             slip_cycles: cycle
-                .then(|| behaviour.count(oscillator.viscous, end))
+                .then(|| behaviour.count(oscillator.viscous, end).ok())
                 .flatten()
                 .map(|cycles| cycles.len()),
             cycle: match end {
                 _ if !cycle => None,
                 End::Sticks => stick_slip.map(|(_, cycle)| cycle),
-                _ => behaviour.attracting_cycle(oscillator, end, plan.tolerance),
+                _ => at.attracting_cycle(),
             },
-            boundary: basin.then(|| behaviour.basin_boundary(oscillator, end, plan.tolerance)).flatten(),
+            boundary: basin.then(|| at.basin_boundary()).flatten(),
             growth_time: growth_time(oscillator),
         }
     }

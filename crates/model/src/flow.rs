@@ -36,6 +36,9 @@ pub enum Failure {
     /// The step budget ran out.
     #[error("the step budget ran out")]
     StepBudget,
+    /// The fixed quota of work of this piece of knowledge is spent.
+    #[error("it takes more work than its quota")]
+    Quota,
     /// The step size underflowed before the tolerance was met.
     #[error("the step size underflowed before the tolerance was met")]
     StepUnderflow,

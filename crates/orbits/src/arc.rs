@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::dop853::{Field, STAGES, step};
-use super::work::Work;
+use super::work::{Piece, Work};
 use slipmap_model::corners::{self, End, Layers};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::flow::Failure;
@@ -136,6 +136,7 @@ pub struct Walk<'a> {
     /// Distance from the equilibrium at which the orbit may have come to rest.
     rest: f64,
     work: &'a Work,
+    is_given_up: bool,
 }
 
 /// 0, or V where x2 is nearer to the belt speed.
@@ -203,6 +204,7 @@ impl<'a> Walk<'a> {
             rest: 0.0,
             next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
             work,
+            is_given_up: false,
         };
         walk.here.divergence = walk.divergence(walk.here.x);
         walk
@@ -218,6 +220,11 @@ impl<'a> Walk<'a> {
     pub fn backward(self) -> Self {
         let here = State { divergence: -self.here.divergence, ..self.here };
         Self { direction: -1.0, here, ..self }
+    }
+
+    /// Gives up the orbit: its next step fails.
+    pub fn give_up(&mut self) {
+        self.is_given_up = true;
     }
 
     /// The walk that ends once it is within `radius` of the equilibrium, if it seems to stay there.
@@ -344,6 +351,9 @@ impl<'a> Walk<'a> {
     /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
     /// D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
     pub fn advance(&mut self) -> Result<State, Failure> {
+        if self.is_given_up {
+            return Err(Failure::StepBudget);
+        }
         let (v, belt_speed) = (self.here.v, self.oscillator.belt_speed);
         if self.origin != nearest_origin(v, belt_speed) {
             self.origin = nearest_origin(v, belt_speed);
@@ -548,17 +558,8 @@ impl<'a> Walk<'a> {
 /// # Errors
 /// [`Failure`].
 pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipTurn, Failure> {
-    turn_within(oscillator, radius, tolerance, &Work::of_question(&oscillator.curve))
-}
-
-/// [`turn`] within a budget of work.
-pub fn turn_within(
-    oscillator: &Oscillator,
-    radius: f64,
-    tolerance: f64,
-    work: &Work,
-) -> Result<SlipTurn, Failure> {
-    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
+    let work = Work::of(Piece::SlipCycles, &oscillator.curve);
+    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, &work);
     Ok(SlipTurn::of(radius, &walk.lower_arc(|_, _, _| ())?))
 }
 

@@ -22,23 +22,20 @@ pub struct Amplitude<'a> {
     pub radius: f64,
     /// Estimate of the C at which it closes, where one is known.
     pub guess: Option<f64>,
+    /// The quota that it draws on, with others or alone.
+    pub work: &'a Work,
 }
 
 impl<'a> Amplitude<'a> {
     /// The orbit, without an estimate.
-    pub fn new(curve: &'a Curve, belt_speed: f64, radius: f64) -> Self {
-        Self { curve, belt_speed, radius, guess: None }
+    pub fn new(curve: &'a Curve, belt_speed: f64, radius: f64, work: &'a Work) -> Self {
+        Self { curve, belt_speed, radius, guess: None, work }
     }
 }
 
 /// The C at which orbits close, with errors of about `tolerance` in units of the weakening rate; `Err` with
-/// the number of evaluations where the polar form does not apply. The orbits share the budget `work`; without
-/// it, each has its own.
-pub fn closing_dampings(
-    orbits: &[Amplitude],
-    tolerance: f64,
-    work: Option<&Work>,
-) -> Vec<Result<Closing, u64>> {
+/// the number of evaluations where the polar form does not apply, or the quota is spent.
+pub fn closing_dampings(orbits: &[Amplitude], tolerance: f64) -> Vec<Result<Closing, u64>> {
     let of_circle = |&Amplitude { curve, belt_speed, radius, .. }: &Amplitude| {
         Some(of_stribeck(curve.stribeck()?, belt_speed, radius))
     };
@@ -47,8 +44,8 @@ pub fn closing_dampings(
         .into_iter()
         .zip(constants)
         .map(|(found, constant)| found.map(|found| Closing { viscous: found.viscous - constant, ..found }));
-    let by_law = |&Amplitude { curve, belt_speed, radius, .. }: &Amplitude| {
-        let weakening = curve.compiled(4.0 * belt_speed);
+    let by_law = |&Amplitude { curve, belt_speed, radius, work, .. }: &Amplitude| {
+        let weakening = if work.left() > 0 { curve.compiled(4.0 * belt_speed) } else { return Err(0) };
         closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing)
     };
     let answer = |orbit: &Amplitude| {
@@ -56,13 +53,16 @@ pub fn closing_dampings(
             Some(_) => stribeck.next().unwrap_or(Err(0)),
             None => by_law(orbit),
         };
+        let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
+        orbit.work.spend_compiled(rhs).map_err(|_| rhs)?;
         found.or_else(|rhs| of_flat(orbit.curve, orbit.belt_speed, rhs).ok_or(rhs))
     };
     let mut found: Vec<Result<Closing, u64>> = orbits.iter().map(answer).collect();
     let left: Vec<usize> = (0..orbits.len()).filter(|&orbit| found[orbit].is_err()).collect();
+    let sharing = |work: &Work| left.iter().filter(|&&orbit| std::ptr::eq(orbits[orbit].work, work)).count();
     let of = |&orbit: &usize| {
-        let Amplitude { curve, belt_speed, radius, guess } = orbits[orbit];
-        Sought::of_amplitude(curve, belt_speed, radius, guess)
+        let Amplitude { curve, belt_speed, radius, guess, work } = orbits[orbit];
+        Sought::of_amplitude(curve, belt_speed, radius, guess, work).sharing(sharing(work))
     };
     let sought: Vec<Sought> = left.iter().map(of).collect();
     for (orbit, closing) in left.into_iter().zip(closing_dampings_by_quarters(&sought, tolerance)) {
@@ -70,14 +70,7 @@ pub fn closing_dampings(
         let closing = closing.map(|found| Closing { rhs: found.rhs + before, ..found });
         found[orbit] = closing.map_err(|rhs| rhs + before);
     }
-    let spend = |found: Result<Closing, u64>| {
-        let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
-        match work.is_none_or(|work| work.spend_compiled(rhs).is_ok()) {
-            true => found,
-            false => Err(rhs),
-        }
-    };
-    found.into_iter().map(spend).collect()
+    found
 }
 
 /// The C at which the orbits of flat friction close: between bounds of the even part that differ by rounding alone.

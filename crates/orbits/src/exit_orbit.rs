@@ -73,20 +73,19 @@ impl<F: FnMut(&mut Walk, &State, &State)> Visit for F {}
 
 /// The fate of the orbit from the exit point with the local errors `tolerance` V, and its margin, see
 /// [`Flow::margin`]: of an orbit that lands it is told where it is small.
-pub(super) fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    visited(oscillator, tolerance, &mut |_, _, _| ())
+pub(super) fn flow(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Flow {
+    visited(oscillator, tolerance, work, &mut |_, _, _| ())
 }
 
-fn visited(oscillator: &Oscillator, tolerance: f64, visit: &mut impl Visit) -> Flow {
-    let work = Work::of_orbit(&oscillator.curve);
+fn visited(oscillator: &Oscillator, tolerance: f64, work: &Work, visit: &mut impl Visit) -> Flow {
     let mut margin = [f64::NAN, 0.0];
-    let fate = first_turn(oscillator, tolerance, &work, &mut margin, visit)
+    let fate = first_turn(oscillator, tolerance, work, &mut margin, visit)
         .map(|turn| match turn {
-            FirstTurn::Returns(arrival) => after_landing(oscillator, arrival, tolerance, &work, visit),
+            FirstTurn::Returns(arrival) => after_landing(oscillator, arrival, tolerance, work, visit),
             FirstTurn::Stays(fate) => fate,
         })
         .unwrap_or_else(Fate::Failed);
-    Flow { fate, margin: margin[0], margin_error: margin[1], rhs: work.done() }
+    Flow { fate, margin: margin[0], margin_error: margin[1], rhs: 0 }
 }
 
 /// The fate of an orbit that returns, whose extent it finds; `None` next to grazing, where its margin has more digits, and where
@@ -95,11 +94,12 @@ pub(super) fn fate_away_from_grazing(
     oscillator: &Oscillator,
     tolerance: f64,
     extent: &mut Extent,
+    work: &Work,
 ) -> Option<Fate> {
-    let Flow { fate, .. } = refined(tolerance, |tolerance| {
+    let fate = refined(tolerance, |tolerance| {
         *extent = Extent::default();
         let mut visit = |walk: &mut Walk, from: &State, to: &State| extent.step(walk, from, to);
-        visited(oscillator, tolerance, &mut visit)
+        visited(oscillator, tolerance, work, &mut visit).fate
     });
     let speed = match fate {
         Fate::Sticks(Landing { x1, crossings: Some(0), .. }) => oscillator.exit_x1() - x1 - oscillator.drop(),
@@ -110,31 +110,27 @@ pub(super) fn fate_away_from_grazing(
     (0.5 * s * s * (1.0 + d * d) >= NEXT_TO_GRAZING).then_some(fate)
 }
 
-/// The fate of the orbit that is known to return with the `margin` > 0 and its error, and the number of
-/// evaluations.
-pub(super) fn fate_of_returning(oscillator: &Oscillator, margin: [f64; 2], tolerance: f64) -> (Fate, u64) {
-    let answer = refined(tolerance, |tolerance| {
-        let work = Work::of_orbit(&oscillator.curve);
-        let fate = landing(oscillator, margin, tolerance, &work)
-            .map(|arrival| {
-                arrival.map_or(Fate::TooCloseToCall, |at| {
-                    after_landing(oscillator, at, tolerance, &work, &mut |_, _, _| ())
-                })
-            })
-            .unwrap_or_else(Fate::Failed);
-        Flow { fate, margin: margin[0], margin_error: margin[1], rhs: work.done() }
-    });
-    (answer.fate, answer.rhs)
+/// The fate of the orbit that is known to return with the `margin` > 0 and its error.
+pub(super) fn fate_of_returning(
+    oscillator: &Oscillator,
+    margin: [f64; 2],
+    tolerance: f64,
+    work: &Work,
+) -> Fate {
+    refined(tolerance, |tolerance| {
+        let arrival = landing(oscillator, margin, tolerance, work);
+        let after = |at| after_landing(oscillator, at, tolerance, work, &mut |_, _, _| ());
+        arrival.map(|arrival| arrival.map_or(Fate::TooCloseToCall, after)).unwrap_or_else(Fate::Failed)
+    })
 }
 
 /// Reduces the tolerance while the fate is within its error of a boundary.
-fn refined(tolerance: f64, mut follow: impl FnMut(f64) -> Flow) -> Flow {
-    let (mut tolerance, mut rhs) = (tolerance.min(LANDING), 0);
+fn refined(tolerance: f64, mut follow: impl FnMut(f64) -> Fate) -> Fate {
+    let mut tolerance = tolerance.min(LANDING);
     loop {
-        let answer = follow(tolerance);
-        rhs += answer.rhs;
-        if answer.fate != Fate::TooCloseToCall || tolerance <= FINEST {
-            return Flow { rhs, ..answer };
+        let fate = follow(tolerance);
+        if fate != Fate::TooCloseToCall || tolerance <= FINEST {
+            return fate;
         }
         tolerance = (FINER * tolerance).max(FINEST);
     }
@@ -150,7 +146,7 @@ fn first_turn(
 ) -> Result<FirstTurn, Failure> {
     let belt_speed = oscillator.belt_speed;
     let mut walk = leaving(oscillator, tolerance, work)?;
-    let end = walk.lower_arc(patience(work, visit));
+    let end = walk.lower_arc(patience(visit));
     margin[1] = walk.here.spread / (belt_speed * belt_speed);
     Ok(match end? {
         LowerEnd::Rests => {
@@ -208,7 +204,7 @@ fn landing(
     work: &Work,
 ) -> Result<Option<LandingSpeed>, Failure> {
     let belt_speed = oscillator.belt_speed;
-    let end = leaving(oscillator, tolerance, work)?.lower_arc(patience(work, &mut |_, _, _| ()))?;
+    let end = leaving(oscillator, tolerance, work)?.lower_arc(patience(&mut |_, _, _| ()))?;
     let (angle, divergence) = ((margin * (2.0 + margin)).sqrt(), oscillator.divergence(0.0));
     let is_near = margin * (1.0 + divergence * divergence) < NEXT_TO_GRAZING;
     Ok(match end {
@@ -270,7 +266,7 @@ fn after_landing(
     let rise = speed - oscillator.jump();
     let mut walk =
         Walk::from_line(oscillator, Side::Above, rise, tolerance, work).starting_with(arrival.error);
-    let back = match walk.upper_arc(patience(work, visit)) {
+    let back = match walk.upper_arc(patience(visit)) {
         Ok(back) => back,
         Err(failure) => return Fate::Failed(failure),
     };
@@ -285,8 +281,8 @@ fn after_landing(
     }
 }
 
-/// Ends the work on an orbit that hardly moves.
-fn patience(work: &Work, visit: &mut impl Visit) -> impl Visit {
+/// Gives up an orbit that hardly moves.
+fn patience(visit: &mut impl Visit) -> impl Visit {
     let (mut mark, mut still) = ([f64::NAN; 2], 0);
     move |walk: &mut Walk, from: &State, to: &State| {
         let here = [to.v, to.w];
@@ -294,7 +290,7 @@ fn patience(work: &Work, visit: &mut impl Visit) -> impl Visit {
             here.iter().zip(mark).all(|(now, then): (&f64, f64)| (now - then).abs() <= STILL * then.abs());
         (mark, still) = if is_still { (mark, still + 1) } else { (here, 0) };
         if still > STILL_STEPS {
-            work.end();
+            walk.give_up();
         }
         visit(walk, from, to);
     }
@@ -303,6 +299,7 @@ fn patience(work: &Work, visit: &mut impl Visit) -> impl Visit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::work::Piece;
 
     /// Jump of x2' across the belt line without a drop.
     const JUMP: f64 = 2.0;
@@ -350,7 +347,7 @@ mod tests {
                 // Roundings of the closed form.
                 let rounding = 1e-14 * (belt_speed + up) * (1.0 + belt_speed / up);
                 for tolerance in TOLERANCES {
-                    let work = Work::of_orbit(&oscillator.curve);
+                    let work = Work::of(Piece::Fate, &oscillator.curve);
                     let turn = first_turn(&oscillator, tolerance, &work, &mut [0.0; 2], &mut |_, _, _| ());
                     let FirstTurn::Returns(found) = turn.unwrap() else { panic!("{oscillator:?}") };
                     let off = (found.speed - up).abs();
@@ -377,11 +374,12 @@ mod tests {
 
     #[test]
     fn turns_of_constant_divergence_are_within_their_error() {
+        let work = Work::of(Piece::Fate, &linear(0.0, 1.0).curve);
         for d in [-1e-6, -0.01, -0.5, -1.0, -1.9] {
             let exact = (PI * d / (1.0 - 0.25 * d * d).sqrt()).exp_m1();
             for belt_speed in SPEEDS {
                 for tolerance in TOLERANCES {
-                    let found = flow(&linear(d, belt_speed), tolerance);
+                    let found = flow(&linear(d, belt_speed), tolerance, &work);
                     let off = (found.margin - exact).abs();
                     assert!(off <= found.margin_error, "{d} {belt_speed} {tolerance:e}: {found:?} {off:e}");
                     let is_clear = -exact > 2.0 * found.margin_error;
@@ -395,6 +393,6 @@ mod tests {
             assert_eq!((found.fate, found.margin), (Fate::SpiralsInward, -1.0), "{d}");
         }
         assert_eq!(crate::flow(&linear(0.0, 1.0), 1e-9).fate, Fate::TooCloseToCall);
-        assert_eq!(flow(&linear(1e7, 1.0), 1e-9).fate, Fate::Failed(Failure::StepBudget));
+        assert_eq!(flow(&linear(1e7, 1.0), 1e-9, &work).fate, Fate::Failed(Failure::StepBudget));
     }
 }

@@ -8,6 +8,7 @@ use super::arc::Extent;
 use super::exit_orbit::{self, FINEST, LANDING, NEXT_TO_GRAZING};
 use super::grazing::grazing_dampings;
 use super::polar::Closing;
+use super::work::{Effort, Piece, Work};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::flow::{Fate, Flow};
 
@@ -21,7 +22,8 @@ const CURVATURE: f64 = 4.0;
 /// The fate of an orbit that is known to return to the belt line, with its extent: next to grazing alone it needs C*.
 pub fn fate_and_extent(oscillator: &Oscillator, tolerance: f64) -> (Fate, Extent) {
     let mut extent = Extent::default();
-    let away = exit_orbit::fate_away_from_grazing(oscillator, tolerance, &mut extent);
+    let work = Work::of(Piece::Fate, &oscillator.curve);
+    let away = exit_orbit::fate_away_from_grazing(oscillator, tolerance, &mut extent, &work);
     (away.unwrap_or_else(|| flow(oscillator, tolerance).fate), extent)
 }
 
@@ -30,7 +32,25 @@ pub fn fate_and_extent(oscillator: &Oscillator, tolerance: f64) -> (Fate, Extent
 /// `tolerance` bounds the error of the scaled grazing margin m/V and of the landing.
 #[must_use]
 pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    let by_arcs = exit_orbit::flow(oscillator, tolerance.min(LANDING));
+    flow_with(Effort::Whole, oscillator, tolerance)
+}
+
+/// [`flow`] with an effort.
+#[must_use]
+pub fn flow_with(effort: Effort, oscillator: &Oscillator, tolerance: f64) -> Flow {
+    flow_within(oscillator, tolerance, &Work::with(effort, Piece::Fate, &oscillator.curve))
+}
+
+/// [`flow`] within a quota.
+#[must_use]
+pub fn flow_within(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Flow {
+    let before = work.done();
+    let answer = answer(oscillator, tolerance, work);
+    Flow { rhs: work.done() - before, ..answer }
+}
+
+fn answer(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Flow {
+    let by_arcs = exit_orbit::flow(oscillator, tolerance.min(LANDING), work);
     let size = 1.0 + oscillator.divergence(0.0).powi(2);
     // A margin that is not told is that of an orbit far past the belt line.
     let is_clear = !(by_arcs.margin.abs() * size < NEXT_TO_GRAZING);
@@ -38,65 +58,58 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
         Fate::Sticks(_) | Fate::CrossesForever | Fate::SpiralsInward if is_clear => return by_arcs,
         // It returns, perhaps to the exit point.
         Fate::TooCloseToCall if is_clear && by_arcs.margin > by_arcs.margin_error => {
-            return finer(oscillator, by_arcs.rhs);
+            return exit_orbit::flow(oscillator, FINEST, work);
         }
         _ => {}
     }
     let Oscillator { curve, belt_speed, viscous } = oscillator;
-    let critical = match grazing_dampings(&[(curve, *belt_speed)], TOLERANCE)[0] {
-        Ok(critical) => critical,
-        Err(rhs) => return decided_by_arcs(oscillator, by_arcs, rhs),
-    };
+    let found = grazing_dampings(&[(curve, *belt_speed, work)], TOLERANCE)[0];
+    let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
+    work.count(rhs);
+    let Ok(critical) = found else { return decided_by_arcs(oscillator, by_arcs, work) };
     let distance = critical.viscous - viscous;
     if !(distance.abs() > critical.error) {
-        let by_arcs = decided_by_arcs(oscillator, by_arcs, critical.rhs);
-        return match (by_arcs.fate, margin(oscillator, &critical)) {
-            (Fate::TooCloseToCall, ([margin, margin_error], rhs)) if !margin.is_nan() => {
-                Flow { margin, margin_error, rhs: by_arcs.rhs + rhs, ..by_arcs }
+        let by_arcs = decided_by_arcs(oscillator, by_arcs, work);
+        return match (by_arcs.fate, margin(oscillator, &critical, work)) {
+            (Fate::TooCloseToCall, [margin, margin_error]) if !margin.is_nan() => {
+                Flow { margin, margin_error, ..by_arcs }
             }
             _ => by_arcs,
         };
     }
-    let rhs = by_arcs.rhs + critical.rhs;
     if let (Fate::Failed(_), true) = (by_arcs.fate, distance > 0.0) {
-        return Flow { rhs, ..by_arcs };
+        return by_arcs;
     }
-    let ([margin, margin_error], of_slope) = margin(oscillator, &critical);
-    let (fate, spent) = match distance > 0.0 {
-        true => exit_orbit::fate_of_returning(oscillator, [margin, margin_error], tolerance),
-        false => (Fate::SpiralsInward, 0),
+    let [margin, margin_error] = margin(oscillator, &critical, work);
+    let fate = match distance > 0.0 {
+        true => exit_orbit::fate_of_returning(oscillator, [margin, margin_error], tolerance, work),
+        false => Fate::SpiralsInward,
     };
-    Flow { fate, margin, margin_error, rhs: rhs + of_slope + spent }
+    Flow { fate, margin, margin_error, rhs: 0 }
 }
 
 /// The flow where C* decides nothing: that of arcs, with a finer tolerance where they do not decide either.
-fn decided_by_arcs(oscillator: &Oscillator, by_arcs: Flow, spent: u64) -> Flow {
+fn decided_by_arcs(oscillator: &Oscillator, by_arcs: Flow, work: &Work) -> Flow {
     match by_arcs.fate {
-        Fate::TooCloseToCall => finer(oscillator, by_arcs.rhs + spent),
-        _ => Flow { rhs: by_arcs.rhs + spent, ..by_arcs },
+        Fate::TooCloseToCall => exit_orbit::flow(oscillator, FINEST, work),
+        _ => by_arcs,
     }
 }
 
-fn finer(oscillator: &Oscillator, spent: u64) -> Flow {
-    let answer = exit_orbit::flow(oscillator, FINEST);
-    Flow { rhs: answer.rhs + spent, ..answer }
-}
-
-/// The margin next to grazing with its error, by the secant of the margin from C* down, and the number of evaluations;
-/// NaN farther away.
-fn margin(oscillator: &Oscillator, critical: &Closing) -> ([f64; 2], u64) {
+/// The margin next to grazing with its error, by the secant of the margin from C* down; NaN farther away.
+fn margin(oscillator: &Oscillator, critical: &Closing, work: &Work) -> [f64; 2] {
     let size = 1.0 + oscillator.divergence(0.0).powi(2);
     let (step, distance) = (SECANT / size, critical.viscous - oscillator.viscous);
     if distance.abs() > step {
-        return ([f64::NAN; 2], 0);
+        return [f64::NAN; 2];
     }
     let below = Oscillator { viscous: critical.viscous - step, ..oscillator.clone() };
-    let found = exit_orbit::flow(&below, FINEST);
+    let found = exit_orbit::flow(&below, FINEST, work);
     let slope = found.margin / step;
     let of_slope =
         found.margin_error / found.margin + critical.error / step + CURVATURE * found.margin * size;
     let margin = slope * distance;
-    ([margin, slope * critical.error + of_slope * margin.abs()], found.rhs)
+    [margin, slope * critical.error + of_slope * margin.abs()]
 }
 
 #[cfg(test)]

@@ -8,12 +8,13 @@ use std::f64::consts::TAU;
 use super::closing::{Amplitude, closing_dampings};
 use super::polar::Closing;
 use super::quarters::{Sought, WIDE, closing_dampings_by_quarters};
+use super::work::Work;
 use slipmap_model::friction::Curve;
 
-/// A friction curve and a belt speed.
-pub type Belt<'a> = (&'a Curve, f64);
+/// A friction curve, a belt speed, and the quota of its C*.
+pub type Belt<'a> = (&'a Curve, f64, &'a Work);
 
-/// C* of many belts; `Err` with the number of evaluations where the orbit cannot be followed.
+/// C* of many belts; `Err` with the number of evaluations where the orbit cannot be followed, or the quota is spent.
 ///
 /// `tolerance` is relative to the size of the divergence: about the error of the scaled grazing margin that
 /// corresponds to the error of C*.
@@ -22,23 +23,25 @@ pub fn grazing_dampings(belts: &[Belt], tolerance: f64) -> Vec<Result<Closing, u
     let mut found: Vec<Result<Closing, u64>> = vec![Err(0); belts.len()];
     let mut by_quarters: Vec<(usize, Sought)> = Vec::new();
     let mut smooth: Vec<(usize, Amplitude)> = Vec::new();
-    for (number, &(curve, belt_speed)) in belts.iter().enumerate() {
-        match if curve.stribeck().is_some() { None } else { sought_by_quarters((curve, belt_speed)) } {
+    for (number, &belt) in belts.iter().enumerate() {
+        let (curve, belt_speed, work) = belt;
+        match if curve.stribeck().is_some() { None } else { sought_by_quarters(belt) } {
             Some(sought) => by_quarters.push((number, sought)),
-            None => smooth.push((number, Amplitude::new(curve, belt_speed, belt_speed))),
+            None => smooth.push((number, Amplitude::new(curve, belt_speed, belt_speed, work))),
         }
     }
     let (numbers, orbits): (Vec<usize>, Vec<Amplitude>) = smooth.into_iter().unzip();
-    for (number, closing) in numbers.into_iter().zip(closing_dampings(&orbits, tolerance, None)) {
+    for (number, closing) in numbers.into_iter().zip(closing_dampings(&orbits, tolerance)) {
         found[number] = closing;
     }
     let (numbers, sought): (Vec<usize>, Vec<Sought>) = by_quarters.into_iter().unzip();
     for (number, closing) in numbers.into_iter().zip(closing_dampings_by_quarters(&sought, tolerance)) {
         found[number] = closing;
     }
-    let answer = |&(curve, belt_speed): &Belt, found: Result<Closing, u64>| {
+    let answer = |&belt: &Belt, found: Result<Closing, u64>| {
+        let (curve, belt_speed, _) = belt;
         let found = match found {
-            Err(rhs) if curve.is_hidden_by_rounding(belt_speed) => hidden((curve, belt_speed), rhs),
+            Err(rhs) if curve.is_hidden_by_rounding(belt_speed) => hidden(belt, rhs),
             other => other?,
         };
         // An error delta of the weakening rate, of the samples of a function, moves C* by at most delta.
@@ -55,13 +58,13 @@ fn hidden(belt: Belt, rhs: u64) -> Closing {
 }
 
 fn sought_by_quarters(belt: Belt<'_>) -> Option<Sought<'_>> {
-    let (curve, belt_speed) = belt;
-    Sought::from_exit(curve, belt_speed, || energy_balance(belt), || search_bounds(belt))
+    let (curve, belt_speed, work) = belt;
+    Sought::from_exit(curve, belt_speed, work, || energy_balance(belt), || search_bounds(belt))
 }
 
 /// About C* by the balance of energy on the grazing circle, to first order in the weakening rate, with what the drop
 /// supplies (theory, "Breakaway").
-fn energy_balance((curve, belt_speed): Belt) -> f64 {
+fn energy_balance((curve, belt_speed, _): Belt) -> f64 {
     let mean = curve.rough_mean_weakening(belt_speed);
     let drop = of_drop(curve.drop() / belt_speed);
     // A law that falls steeply acts as one that drops. Where neither is small the cube root of the sum of cubes is next to
@@ -86,7 +89,7 @@ fn of_drop(drop: f64) -> f64 {
 
 /// Two dampings around C*, by the even part of the divergence (theory, "The tests"), widened a little. With a
 /// drop C* may be larger: D <= -2 at all slip speeds that the orbit can reach excludes a return.
-fn bounds((curve, belt_speed): Belt) -> [f64; 2] {
+fn bounds((curve, belt_speed, _): Belt) -> [f64; 2] {
     let mut range = curve.even_weakening_range(belt_speed);
     let drop = curve.drop();
     if drop > 0.0 {
@@ -112,6 +115,7 @@ fn search_bounds(belt: Belt) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::work::Piece;
     use slipmap_model::friction::Law;
 
     /// Friction that drops to a constant: the search begins next to C*, of which phi(V) as rounded tells nothing more.
@@ -120,7 +124,8 @@ mod tests {
         for drop in (1..100).map(|percent| f64::from(percent) / 100.0) {
             for belt_speed in [0.01, 0.1, 0.3, 1.0, 3.0] {
                 let point = Law::Coulomb.point(1.0, &[drop, 0.0], belt_speed, 0.0).unwrap();
-                let belt = (&Law::Coulomb.column(&point).curve, belt_speed);
+                let curve = Law::Coulomb.column(&point).curve;
+                let belt = (&curve, belt_speed, &Work::of(Piece::Critical, &curve));
                 let found = grazing_dampings(&[belt], 1e-9)[0].unwrap();
                 let balance = energy_balance(belt);
                 assert!(

@@ -17,9 +17,9 @@ mod polar;
 pub mod quarters;
 pub mod work;
 
-pub use flow::{fate_and_extent, flow};
+pub use flow::{fate_and_extent, flow, flow_with, flow_within};
 pub use polar::Closing;
-pub use work::QUESTION;
+pub use work::{Effort, Piece, Work};
 
 use slipmap_model::friction::Range;
 

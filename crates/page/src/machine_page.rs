@@ -47,6 +47,8 @@ pub struct Subject<'a> {
     pub uncertain: &'a [Uncertain],
     /// The units of the configuration, in which the page tells speeds and draws its figures.
     pub units: &'a Written,
+    /// The belt speeds that it is about, in SI units: the least and the largest.
+    pub speeds: Option<[f64; 2]>,
     /// The resulting risk; also `None` where no critical damping was found for any draw.
     pub risk: Option<&'a Risk>,
     /// Program, day and configuration.
@@ -74,11 +76,9 @@ impl<'a> MachinePage<'a> {
         let doubts = all.machine.doubts();
         Self {
             sections: lines::sections(all, subject.units, subject.uncertain, subject.risk),
-            answer: answer::in_words(all, subject.units).then(answer::uncertainty(
-                all,
-                subject.units,
-                subject.risk,
-            )),
+            answer: answer::in_words(all, subject.units)
+                .then(answer::over_speeds(all, subject.units, subject.speeds))
+                .then(answer::uncertainty(all, subject.units, subject.risk)),
             warnings: doubts.iter().map(|doubt| Rich::foreign(&format!("Warning: {doubt}."))).collect(),
             all,
             units: subject.units,
@@ -405,7 +405,7 @@ mod tests {
             assert!(text.contains(&format!("coefficient of friction: {words}")), "{text}");
             let page = MachinePage::new(
                 &all,
-                &Subject { title: "", uncertain: &[], units: &[], risk: None, source: "" },
+                &Subject { title: "", uncertain: &[], units: &[], speeds: None, risk: None, source: "" },
             );
             assert!(
                 MachinePage::scene(&[page]).svg("page", &rich("page")).contains("Coefficient of friction")
@@ -422,7 +422,7 @@ mod tests {
         let [mass, stiffness, normal_force, belt_speed] = [1.8, 4.2e5, 900.0, 0.2];
         let like = example(Law::Stribeck);
         let machine = Machine { friction, mass, stiffness, normal_force, belt_speed, damping: 0.0, ..like };
-        let risk = risk(&machine, &[], Some(20_000), &[0.1, 0.01]).unwrap();
+        let risk = risk(&machine, &[], Some(20_000), &[0.1, 0.01], None).unwrap();
         assert!(risk.standard_error.is_some_and(|error| error > 1.0), "{risk:?}");
         let all = assess(&machine).unwrap();
         let text = text_of(sections(&all, &[], &[], Some(&risk)));
@@ -461,7 +461,14 @@ mod tests {
         let (title, source) = ("a long title ".repeat(20), "source ".repeat(90));
         let shown = slipmap_map::Shown { unit: "km/h".into(), size: 1.0 / 3.6 };
         let units = [("belt_speed", Some(shown))];
-        let subject = Subject { title: &title, uncertain: &[], units: &units, risk: None, source: &source };
+        let subject = Subject {
+            title: &title,
+            uncertain: &[],
+            units: &units,
+            speeds: None,
+            risk: None,
+            source: &source,
+        };
         let page = MachinePage::new(&all, &subject);
         let pages = [page];
         let scene = MachinePage::scene(&pages);

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 pub use slipmap_figure::text::join;
 use slipmap_figure::text::{Piece, Rich, rich};
 use slipmap_machine::{DAMPING_RATIO, Dimension, Units};
-use slipmap_map::dataset::auxiliary::PROBABILITY;
+use slipmap_map::dataset::auxiliary::{BY_ITSELF, PROBABILITY};
 use slipmap_map::{Axis, Field, Grid, Quantity, Shown, dimension};
 
 /// Dimensionless numbers, or the SI units of a machine.
@@ -178,6 +178,7 @@ fn variable_words(name: &str) -> Rich {
     match Quantity::by_name(name) {
         Some(quantity) => rich(quantity.about().label),
         None if name == PROBABILITY => rich("probability that it may stick-slip"),
+        None if name == BY_ITSELF => rich("probability that it vibrates by itself"),
         None => Rich::foreign(&name.replace('_', " ")),
     }
 }

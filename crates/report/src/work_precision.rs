@@ -9,25 +9,17 @@ use slipmap_figure::text::{Rich, rich};
 use slipmap_files::{Existing, write_folder};
 pub use slipmap_study::benchmark::{self, Errors, Kind, Labels, Row, Study};
 
-/// Adds the measurements of `scripts/study peers`: from the newest of the files `peers-*.csv` in `folder` that
-/// measured the same cells, or else from the newest of all.
+/// Adds the measurements of `scripts/study peers` on the same cells: `peers.csv` in `folder`, if it is there.
 ///
 /// # Errors
-/// [`ReportError::Peers`] if a file cannot be read or has another format.
+/// [`ReportError::Peers`] if the file cannot be read, has another format, or is about other cells.
 pub fn add_peers(study: &mut Study, folder: &Path) -> Result<(), ReportError> {
-    let own = slipmap_format::fingerprint(&study.cells_csv());
-    let mut files =
-        peer_files(folder).iter().map(|path| PeerFile::read(path)).collect::<Result<Vec<_>, _>>()?;
-    // The files are sorted by date.
-    let same = files.iter().rposition(|file| file.cells.as_ref() == Some(&own));
-    let Some(newest) = same.or(files.len().checked_sub(1)) else { return Ok(()) };
-    let file = files.swap_remove(newest);
-    let same = file.cells.as_ref() == Some(&own);
-    let name = file.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    study.peers = Some((name, same));
-    study.rows.retain(|row| row.kind != Kind::Peer);
-    study.rows.extend(file.rows);
-    study.mark_fronts();
+    let path = folder.join("peers.csv");
+    if path.exists() {
+        study.rows.retain(|row| row.kind != Kind::Peer);
+        study.rows.extend(read_peers(&path, &slipmap_format::fingerprint(&study.cells_csv()))?);
+        study.mark_fronts();
+    }
     Ok(())
 }
 
@@ -79,6 +71,7 @@ fn table(study: &Study) -> Table {
 
 /// Explanations of the numbers.
 fn notes(study: &Study) -> Vec<Rich> {
+    let peers = study.rows.iter().any(|row| row.kind == Kind::Peer);
     let mut notes = vec![rich(
         "Time: processor time of one thread, the least of a few passes; each cell on its own, nothing shared \
          between the cells of a column as it is in maps. Errors are against margins and critical dampings to more \
@@ -89,11 +82,8 @@ fn notes(study: &Study) -> Vec<Rich> {
          decides. Undecided: no verdict, for whatever reason. Front: nobody else has both \
          less time and less error.",
     )];
-    notes.extend(study.peers.as_ref().map(|(file, same)| {
-        Rich::foreign(&format!(
-            "Peers: measured by scripts/study peers, {file}, on {}; cells near the boundary only where it counted them.",
-            if *same { "the same cells" } else { "other cells" }
-        ))
+    notes.extend(peers.then(|| {
+        rich("Peers: on the same cells, by scripts/study peers; cells near the boundary only where it counted them.")
     }));
     notes
 }
@@ -119,14 +109,6 @@ pub fn write_study(
     Ok(write_folder(folder, existing, &files)?)
 }
 
-/// A file written by `scripts/study peers`.
-struct PeerFile {
-    path: PathBuf,
-    /// Fingerprint of the table of cells, if they came from one.
-    cells: Option<String>,
-    rows: Vec<Row>,
-}
-
 /// A short name: "SciPy solve_ivp" with "(x1,x2), DOP853 + events" is "SciPy DOP853".
 fn peer_name(peer: &str, form: &str) -> String {
     let (program, what) = peer.split_once(',').map_or((peer, ""), |(program, what)| (program, what.trim()));
@@ -138,73 +120,58 @@ fn peer_name(peer: &str, form: &str) -> String {
     }
 }
 
-/// The files `peers-*.csv` of a folder sorted by name, that is, by date.
-fn peer_files(folder: &Path) -> Vec<PathBuf> {
-    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
-    let mut files: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| {
-            let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-            name.starts_with("peers-") && name.ends_with(".csv")
-        })
-        .collect();
-    files.sort();
-    files
-}
-
-impl PeerFile {
-    fn read(path: &Path) -> Result<Self, ReportError> {
-        let failed = |why: String| ReportError::Peers { path: path.to_path_buf(), why };
-        let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
-        const MARK: &str = "# cells sha256 ";
-        let cells = text.lines().find_map(|line| Some(line.strip_prefix(MARK)?.trim().to_owned()));
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
-        let header = reader.headers().map_err(|error| failed(error.to_string()))?.clone();
-        let place = |name: &str| header.iter().position(|column| column == name);
-        for needed in ["peer", "form", "tolerance", "cells", "seconds_per_cell", "max_error"] {
-            if place(needed).is_none() {
-                return Err(failed(format!("it has no column `{needed}`")));
-            }
-        }
-        let mut rows = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|error| failed(error.to_string()))?;
-            let word = |name: &str| place(name).and_then(|column| record.get(column)).unwrap_or_default();
-            let number = |name: &str| word(name).parse::<f64>().ok().filter(|number| number.is_finite());
-            let count = |name: &str| word(name).parse::<usize>().ok();
-            let Some(seconds) = number("seconds_per_cell").filter(|seconds| *seconds > 0.0) else {
-                return Err(failed(format!("a row of {} has no time", word("peer"))));
-            };
-            // The study has its own measurements of this program.
-            if word("peer") == "slipmap" {
-                continue;
-            }
-            let cells = count("cells").unwrap_or(0);
-            let worst = number("max_error");
-            let labels = |cells: &str, wrong: &str, none: &str| {
-                let labels = Labels { cells: count(cells)?, wrong: count(wrong)?, none: count(none)? };
-                (labels.cells > 0).then_some(labels)
-            };
-            rows.push(Row {
-                kind: Kind::Peer,
-                name: peer_name(word("peer"), word("form")),
-                setting: number("tolerance").map(|tolerance| ("tolerance".into(), tolerance)),
-                cells,
-                seconds,
-                margin: worst.map(|worst| Errors {
-                    count: cells,
-                    median: number("median_error").unwrap_or(worst),
-                    high: f64::NAN,
-                    worst,
-                }),
-                critical: None,
-                unanswered: count("no_answer").unwrap_or(0),
-                near: labels("near_cells", "near_wrong", "near_no_answer"),
-                anywhere: None,
-                front_error: false,
-                front_labels: false,
-            });
-        }
-        Ok(Self { path: path.to_path_buf(), cells, rows })
+/// The rows of a file written by `scripts/study peers`, which must be about the cells of this fingerprint.
+fn read_peers(path: &Path, own: &str) -> Result<Vec<Row>, ReportError> {
+    let failed = |why: String| ReportError::Peers { path: path.to_path_buf(), why };
+    let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
+    const MARK: &str = "# cells sha256 ";
+    if !text.lines().any(|line| line.strip_prefix(MARK).is_some_and(|cells| cells.trim() == own)) {
+        return Err(failed(
+            "it is about other cells; remove it, or make it anew by scripts/study peers".into(),
+        ));
     }
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|error| failed(error.to_string()))?.clone();
+    let place = |name: &str| header.iter().position(|column| column == name);
+    for needed in ["peer", "form", "tolerance", "cells", "seconds_per_cell", "max_error"] {
+        if place(needed).is_none() {
+            return Err(failed(format!("it has no column `{needed}`")));
+        }
+    }
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| failed(error.to_string()))?;
+        let word = |name: &str| place(name).and_then(|column| record.get(column)).unwrap_or_default();
+        let number = |name: &str| word(name).parse::<f64>().ok().filter(|number| number.is_finite());
+        let count = |name: &str| word(name).parse::<usize>().ok();
+        let Some(seconds) = number("seconds_per_cell").filter(|seconds| *seconds > 0.0) else {
+            return Err(failed(format!("a row of {} has no time", word("peer"))));
+        };
+        let cells = count("cells").unwrap_or(0);
+        let worst = number("max_error");
+        let labels = |cells: &str, wrong: &str, none: &str| {
+            let labels = Labels { cells: count(cells)?, wrong: count(wrong)?, none: count(none)? };
+            (labels.cells > 0).then_some(labels)
+        };
+        rows.push(Row {
+            kind: Kind::Peer,
+            name: peer_name(word("peer"), word("form")),
+            setting: number("tolerance").map(|tolerance| ("tolerance".into(), tolerance)),
+            cells,
+            seconds,
+            margin: worst.map(|worst| Errors {
+                count: cells,
+                median: number("median_error").unwrap_or(worst),
+                high: f64::NAN,
+                worst,
+            }),
+            critical: None,
+            unanswered: count("no_answer").unwrap_or(0),
+            near: labels("near_cells", "near_wrong", "near_no_answer"),
+            anywhere: None,
+            front_error: false,
+            front_labels: false,
+        });
+    }
+    Ok(rows)
 }

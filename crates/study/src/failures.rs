@@ -27,7 +27,7 @@ use slipmap_model::flow::Fate;
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::{named, named_sums};
-use slipmap_orbits::flow;
+use slipmap_orbits::{Effort, flow};
 
 named! {
     /// Kind of failure of a method at a cell.
@@ -303,7 +303,7 @@ fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> [f64; 
         _ => return to_grazing,
     };
     let middle = |tolerance: f64| {
-        let [low, high] = sticks_from(column, range, HALVINGS, tolerance).between;
+        let [low, high] = sticks_from(Effort::Whole, column, range, HALVINGS, tolerance).between;
         [0.5 * (low + high), 0.5 * (high - low)]
     };
     let [from, half] = middle(tolerance);

@@ -1,9 +1,11 @@
 //! Reproducible points of the Stribeck law for the tests of the theory.
 
+use slipmap::column;
+use slipmap::column::slip_cycle::Unknown;
 use slipmap::filippov::Oscillator;
 use slipmap::flow::{Fate, Flow};
 use slipmap::friction::{Column, Expression, Law};
-use slipmap::orbits::flow;
+use slipmap::orbits::{Cycle, flow};
 use slipmap::point::{Point, ScaledGroups};
 use slipmap::witness;
 pub use slipmap_numbers::random::Random;
@@ -21,6 +23,11 @@ pub fn returns(fate: &Fate) -> Option<bool> {
         Fate::SpiralsInward => Some(false),
         Fate::TooCloseToCall | Fate::Failed(_) => None,
     }
+}
+
+/// All slip cycles of an oscillator.
+pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+    column::slip_cycles(oscillator, &flow(oscillator, 1e-9), tolerance)
 }
 
 /// A law by its formula, which is 1 at rest.

@@ -8,7 +8,7 @@ use super::{Backbone, FAR, LARGEST_ERROR, SIZES};
 use slipmap_model::flow::Failure;
 use slipmap_model::friction::Column;
 use slipmap_numbers::chebyshev::{Transform, node, weights};
-use slipmap_orbits::work::Work;
+use slipmap_orbits::{Piece, Work};
 
 /// Truncation error, relative to the largest |C|, below which backbones to be interpolated between columns
 /// need no further nodes.
@@ -63,13 +63,14 @@ impl<'a> InterpolatedBackbone<'a> {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn intervals(column: &Column, tolerance: f64) -> Result<Option<usize>, Failure> {
-        let mut backbone = Backbone::coarsest(&column.curve, column.belt_speed, tolerance)?;
+        let work = Work::of(Piece::CoarseBackbones, &column.curve);
+        let mut backbone = Backbone::coarsest(&column.curve, column.belt_speed, tolerance, &work)?;
         let series = |backbone: &Backbone| truncation_error(&backbone.panels[0].series);
         let nodes = |backbone: &Backbone| backbone.panels[0].values.len();
         while series(&backbone).max(backbone.hidden) > ENOUGH_BETWEEN_COLUMNS * backbone.size
             && nodes(&backbone) < Self::MOST_NODES
         {
-            let Some(finer) = backbone.refined(&column.curve, tolerance)? else { break };
+            let Some(finer) = backbone.refined(&column.curve, tolerance, &work)? else { break };
             backbone = finer;
         }
         let resolved = series(&backbone).max(backbone.hidden) <= LARGEST_ERROR * backbone.size;
@@ -80,7 +81,7 @@ impl<'a> InterpolatedBackbone<'a> {
     /// features of the law between the nodes, and the number of evaluations of the right-hand side; `None` where
     /// an orbit fails, or the nodes miss a feature of the law.
     pub fn values(column: &Column, tolerance: f64, intervals: usize) -> Option<(Vec<f64>, [f64; 2], u64)> {
-        let work = Work::of_question(&column.curve);
+        let work = Work::of(Piece::CoarseBackbones, &column.curve);
         let backbone =
             Backbone::with_intervals(&column.curve, column.belt_speed, tolerance, intervals, &work).ok()?;
         let Backbone { mut panels, node_error, rhs, hidden, size, .. } = backbone;

@@ -206,19 +206,19 @@ impl<'a> Solver<'a> {
         let orbits: Vec<Amplitude> = (radii.iter())
             .map(|&radius| Amplitude {
                 guess: self.guess(radius),
-                ..Amplitude::new(curve, belt_speed, radius)
+                ..Amplitude::new(curve, belt_speed, radius, work)
             })
             .collect();
-        let found = closing_dampings(&orbits, tolerance, Some(work)).into_iter().zip(radii);
+        let found = closing_dampings(&orbits, tolerance).into_iter().zip(radii);
         found
             .map(|(found, radius)| {
                 let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
                 self.rhs += rhs;
                 // Friction changes the speed by 1 at most.
                 let leaves_data = || curve.fastest() < belt_speed + radius.hypot(1.0);
-                let closed = found.map_err(|_| match work.spend_compiled(1) {
-                    Ok(()) if leaves_data() => Failure::NotFinite,
-                    _ => Failure::StepBudget,
+                let closed = found.map_err(|_| match work.why_not_closed() {
+                    Failure::StepUnderflow if leaves_data() => Failure::NotFinite,
+                    why => why,
                 })?;
                 self.error = self.error.max(closed.error);
                 let place = self.known.partition_point(|known| known.0 < *radius);

@@ -76,7 +76,7 @@ impl Case {
         let force = |u: f64| far + (REST - far) * fall(u / FALL) + rise * u;
         let mut between = |from: f64, to: f64| from * (to / from).powf(random.unit());
         let (belt_speed, mass) = (FALL * between(0.5, 8.0), between(0.4, 10.0));
-        let fewest = if sort == Sort::Record { 100.0 } else { 15.0 };
+        let fewest = if sort == Sort::Record { 64.0 } else { 15.0 };
         let (rows, noise) = (between(fewest, most_rows) as usize, REST * between(0.005, 0.05));
         let text = format!("{far} + {}*{} + {rise}*u", REST - far, formula.replace('W', &FALL.to_string()));
         let friction = format!("[friction]\nlaw = \"expression\"\nquantity = \"force\"\nphi = \"{text}\"");

@@ -19,9 +19,9 @@ use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{rounded, short, signed, with_error};
-use slipmap_orbits::Cycle;
 use slipmap_orbits::far_loops::FarLoops;
 use slipmap_orbits::naive::NaiveVerdict;
+use slipmap_orbits::{Cycle, Effort};
 
 /// All answers except those of the second engine.
 #[derive(Debug)]
@@ -173,7 +173,13 @@ impl Answer {
         if from + root.error >= root.c {
             return None;
         }
-        let from = sticks_from(&self.law.column(&self.point), [from, root.c], HALVINGS, self.tolerance);
+        let from = sticks_from(
+            Effort::Whole,
+            &self.law.column(&self.point),
+            [from, root.c],
+            HALVINGS,
+            self.tolerance,
+        );
         let [least, sticking] = from.between;
         (sticking + root.error < root.c).then(|| BistableBand {
             from_c: from.known(),

@@ -36,7 +36,7 @@ pub(crate) type Joint = Vec<(&'static str, [f64; MOST_JOINT])>;
 pub(crate) fn joint(uncertain: &[Uncertain]) -> Joint {
     let row = |&(name, spread): &Uncertain| match spread {
         Spread::Joint { row } => Some((name, row)),
-        Spread::Normal { .. } | Spread::Uniform { .. } => None,
+        Spread::Normal { .. } | Spread::Relative { .. } | Spread::Uniform { .. } => None,
     };
     uncertain.iter().filter_map(row).collect()
 }

@@ -27,7 +27,7 @@ fn an_uncertain_damping_alone_has_a_known_probability() {
     let machine = machine.with("damping", critical).unwrap();
     let (min, max) = (0.9 * critical, 1.3 * critical);
     let uncertain = [("damping", Spread::Uniform { min, max })];
-    let found = risk(&machine, &uncertain, Some(20_000), &[0.05]).unwrap();
+    let found = risk(&machine, &uncertain, Some(20_000), &[0.05], None).unwrap();
     // Four standard errors of a share.
     let error = |p: f64| 4.0 * (p * (1.0 - p) / 20_000.0_f64).sqrt();
     let [low, high] = found.probability.limits;
@@ -52,7 +52,7 @@ fn draws_that_overtake_the_belt_for_ever_do_not_stick_slip() {
     let fast = fast.with("damping", 0.9 * critical).unwrap();
     let uncertain =
         [("damping", Spread::Normal { sd: 0.1 * critical }), ("belt_speed", Spread::Normal { sd: 3.0 })];
-    let found = risk(&fast, &uncertain, Some(CHUNK), &[]).unwrap();
+    let found = risk(&fast, &uncertain, Some(CHUNK), &[], None).unwrap();
     let mut random = Random(0x5115_ca9e);
     let mut sticks = || {
         let Draw { machine, of_damping, .. } = Draws::of(&fast, &uncertain).draw(&mut random).unwrap();
@@ -67,9 +67,9 @@ fn draws_that_overtake_the_belt_for_ever_do_not_stick_slip() {
     assert!(count > CHUNK / 10 && count < CHUNK / 2, "{count}");
     // The damping for half of that probability has it.
     let share = found.probability.value;
-    let found = risk(&fast, &uncertain, Some(CHUNK), &[0.5 * share]).unwrap();
+    let found = risk(&fast, &uncertain, Some(CHUNK), &[0.5 * share], None).unwrap();
     let rare = found.rare_by[0].damping.unwrap().value;
-    let above = risk(&fast.with("damping", rare).unwrap(), &uncertain, Some(CHUNK), &[]).unwrap();
+    let above = risk(&fast.with("damping", rare).unwrap(), &uncertain, Some(CHUNK), &[], None).unwrap();
     assert!((above.probability.value - 0.5 * share).abs() < 2.0 / CHUNK as f64, "{rare} {above:?}");
 }
 
@@ -83,12 +83,12 @@ fn a_rare_damping_next_to_zero_has_its_probability() {
         ("belt_speed", Spread::Uniform { min: 0.1, max: 0.4 }),
     ];
     let found =
-        risk(&machine.with("damping", 0.01 * critical).unwrap(), &uncertain, Some(20_000), &[0.3, 0.1])
+        risk(&machine.with("damping", 0.01 * critical).unwrap(), &uncertain, Some(20_000), &[0.3, 0.1], None)
             .unwrap();
     assert!(found.draws < 12_000 && found.draws + found.redrawn == 20_000, "{found:?}");
     for RareBy { probability, damping } in found.rare_by {
         let nominal = machine.with("damping", damping.unwrap().value).unwrap();
-        let there = risk(&nominal, &uncertain, Some(20_000), &[]).unwrap().probability;
+        let there = risk(&nominal, &uncertain, Some(20_000), &[], None).unwrap().probability;
         assert!((there.value - probability).abs() < 2e-3, "{probability} {there:?}");
     }
 }
@@ -141,7 +141,7 @@ fn fitted_quantities_are_drawn_with_their_covariance() {
         Spread::Joint { row }
     };
     let uncertain = [("kinetic_friction", row(a, 0.0)), ("stribeck_velocity", row(-b, 0.02))];
-    let found = risk(&machine, &uncertain, Some(4_000), &[]).unwrap();
+    let found = risk(&machine, &uncertain, Some(4_000), &[], None).unwrap();
     let mut random = Random(3);
     let n = 2_000;
     let sticks = (0..n).filter(|_| {
@@ -179,7 +179,7 @@ fn measured_friction_is_as_uncertain_as_tables_of_other_measurements() {
         })
         .collect();
     let spread = (others.iter().map(|other| (other - nominal).powi(2)).sum::<f64>() / f64::from(n)).sqrt();
-    let found = risk(&machine, &[], Some(5_000), &[]).unwrap();
+    let found = risk(&machine, &[], Some(5_000), &[], None).unwrap();
     // Four standard errors of a standard deviation and of a share; the critical damping's second order in
     // the errors of the data is far below them.
     let standard_error = found.standard_error.unwrap();
@@ -206,7 +206,7 @@ fn friction_that_rises_within_its_errors_may_stick_slip() {
         let table = Table::new("flat", &data, data[0].1).unwrap().with_standard_errors(&[0.01; 6]).unwrap();
         example_of(Friction::Measured(table), [1.8, 4.2e5, 900.0, 0.2, 1.0])
     };
-    let found = |slope: f64| risk(&of(slope), &[], Some(4_000), &[]).unwrap();
+    let found = |slope: f64| risk(&of(slope), &[], Some(4_000), &[], None).unwrap();
     let [rises, falls] = [1e-4, -1e-4].map(|slope| found(slope).probability.value);
     assert!((rises - falls).abs() < 0.02 && (0.4..0.6).contains(&rises), "{rises} {falls}");
     let rising = found(0.005);
@@ -237,7 +237,7 @@ fn steep_scattered_data_have_a_standard_error_too() {
     let table = Table::new("a rig", &data, data[0].1).unwrap().with_standard_errors(&[0.004; 11]).unwrap();
     let machine = example_of(Friction::Measured(table), [1.2, 9e4, 250.0, 0.1, 4.0]);
     let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
-    let found = risk(&machine, &uncertain, Some(60), &[]).unwrap();
+    let found = risk(&machine, &uncertain, Some(60), &[], None).unwrap();
     assert!(found.failed == 0 && found.standard_error.is_some_and(|error| error > 0.0), "{found:?}");
 }
 
@@ -245,7 +245,7 @@ fn steep_scattered_data_have_a_standard_error_too() {
 fn illegal_draws_and_failed_ones_are_counted_apart() {
     let machine = machine(Law::Exponential);
     let uncertain = [("mass", Spread::Normal { sd: 0.8 * machine.mass })];
-    let found = risk(&machine, &uncertain, Some(1000), &[]).unwrap();
+    let found = risk(&machine, &uncertain, Some(1000), &[], None).unwrap();
     // A normal number is more than 1.25 standard deviations below its mean in 10.6 % of all draws: of those
     // until 1000 are legal, 118 on average.
     assert!((60..180).contains(&found.redrawn), "{}", found.redrawn);
@@ -254,7 +254,7 @@ fn illegal_draws_and_failed_ones_are_counted_apart() {
     let formula = Expression::new("0.3 + 0.2*exp(-(u/0.06)^delta)", 0.5).unwrap();
     let friction = Friction::Formula(formula, LawParameters::new(&[1.1]));
     let machine = Machine { friction, ..machine };
-    let found = risk(&machine, &[("delta", Spread::Normal { sd: 0.1 })], Some(300), &[]).unwrap();
+    let found = risk(&machine, &[("delta", Spread::Normal { sd: 0.1 })], Some(300), &[], None).unwrap();
     assert!((25..90).contains(&found.redrawn), "{}", found.redrawn);
     assert_eq!((found.draws, found.failed), (300, 0));
 }
@@ -264,6 +264,7 @@ fn limits_hold_whatever_draws_without_an_answer_do() {
     let needed = |failed| Needed {
         draws: (1..=1000)
             .map(|i| NeededDraw {
+                unstable_below: 0.0,
                 damping: f64::from(i),
                 sticks_between: [f64::NEG_INFINITY; 2],
                 legal_from: f64::NEG_INFINITY,
@@ -295,7 +296,7 @@ fn orbits_that_leave_the_data_count_on_neither_side() {
     let machine = example_of(friction, [1.0, 1.0, 1.0, 0.5, 0.3]);
     let of = |damping: f64, sd: f64| {
         let uncertain = [("damping", Spread::Normal { sd })];
-        risk(&machine.with("damping", damping).unwrap(), &uncertain, Some(400), &[])
+        risk(&machine.with("damping", damping).unwrap(), &uncertain, Some(400), &[], None)
     };
     let most = of(0.325, 0.01).unwrap().probability;
     // Of the normal distribution: 0.24 above c*, 0.57 between, and 0.19 unknown.
@@ -310,7 +311,7 @@ fn probabilities_agree_with_a_separate_count() {
     const DRAWN: u32 = 120;
     let (machine, uncertain) = uncertain_machine();
     let draws = Draws::of(&machine, &uncertain);
-    let found = risk(&machine, &uncertain, Some(2000), &[0.1]).unwrap();
+    let found = risk(&machine, &uncertain, Some(2000), &[0.1], None).unwrap();
     let mut random = Random(7);
     let sticks = (0..DRAWN)
         .filter(|_| {
@@ -326,6 +327,28 @@ fn probabilities_agree_with_a_separate_count() {
     assert!((share - sticks).abs() < 4.0 * error, "{found:?} {sticks}");
     // With that damping the probability is the requested one.
     let rare = machine.with("damping", found.rare_by[0].damping.unwrap().value).unwrap();
-    let again = risk(&rare, &uncertain, Some(2000), &[]).unwrap();
+    let again = risk(&rare, &uncertain, Some(2000), &[], None).unwrap();
     assert!((again.probability.value - 0.1).abs() < 2e-3, "{again:?}");
+}
+
+/// Steady slip of the exponential law is unstable below the damping N (mu_s - mu_k)/v_s exp(-v/v_s): with a normal normal
+/// force of 10 % the probability is that of a normal number.
+#[test]
+fn it_vibrates_by_itself_where_steady_slip_is_unstable() {
+    let machine = machine(Law::Exponential);
+    let slope = 0.1 / 0.25 * (-machine.belt_speed / 0.25_f64).exp();
+    // Half a standard deviation above the nominal limit: 1 - Phi(0.5).
+    let machine = Machine { damping: 50.0 * 1.05 * slope, ..machine };
+    let draws = 20_000;
+    let uncertain = [("normal_force", Spread::Normal { sd: 5.0 })];
+    let found = risk(&machine, &uncertain, Some(draws), &[], None).unwrap();
+    let exact = 0.308_537_538_725_987;
+    let sd = (exact * (1.0 - exact) / draws as f64).sqrt();
+    assert!((found.by_itself.value - exact).abs() < 4.0 * sd, "{:?}", found.by_itself);
+    assert!(found.by_itself.value < found.probability.value);
+    let [low, high] = found.by_itself.limits;
+    assert!(low < found.by_itself.value && found.by_itself.value < high);
+    // Without time the first draws only.
+    let short = risk(&machine, &uncertain, Some(draws), &[], Some(std::time::Duration::ZERO)).unwrap();
+    assert_eq!(short.draws, SEARCHED_TOGETHER);
 }

@@ -325,7 +325,7 @@ fn describe_in_si(variable: &mut Variable, grid: &Grid) {
             *value = unit.as_str().into();
         }
     }
-    let fixed = auxiliary::names(grid).into_iter().filter(|name| *name != auxiliary::PROBABILITY);
+    let fixed = auxiliary::names(grid).into_iter().filter(|name| !auxiliary::PROBABILITIES.contains(name));
     variable.attributes.push(("coordinates", fixed.collect::<Vec<_>>().join(" ").into()));
 }
 

@@ -56,9 +56,6 @@ fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weak
     weakening::compile(form, wanted, known)
 }
 
-/// Work of compiling one piece of a law, in evaluations of the Stribeck law.
-const PIECE: u64 = 500;
-
 /// The intervals of slip speed on which a formula is evaluated to bound the friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pieces {
@@ -106,17 +103,14 @@ impl Curve {
     pub fn compiling_work(&self, belt_speed: f64) -> u64 {
         match self.stribeck() {
             Some(_) => 0,
-            None => PIECE * self.compiled(4.0 * belt_speed).breaks().len() as u64,
+            None => self.form.work_of_piece() * self.compiled(4.0 * belt_speed).breaks().len() as u64,
         }
     }
 
-    /// Cost of one evaluation, at least 1, in units of the cost of the Stribeck law. Budgets of work are
+    /// Cost of one evaluation, at least 1, in units of the cost of the Stribeck law. Quotas of work are
     /// divided by this number.
     pub fn cost(&self) -> u64 {
-        match &self.form {
-            Form::Expression(law) | Form::Leading(law) => law.cost(),
-            form => form.closed().map_or(2, ClosedForm::cost),
-        }
+        self.form.cost()
     }
 
     pub(super) fn new(

@@ -486,6 +486,20 @@ impl Form {
         built_in!(self, law => Some(law); { _ => None })
     }
 
+    /// See [`Curve::cost`].
+    fn cost(&self) -> u64 {
+        match self {
+            Form::Expression(law) | Form::Leading(law) => law.cost(),
+            form => form.closed().map_or(2, ClosedForm::cost),
+        }
+    }
+
+    /// Work of compiling one piece, in evaluations of the Stribeck law: values at its points, their series and bounds, also of
+    /// the pieces that were halved.
+    fn work_of_piece(&self) -> u64 {
+        24 * self.cost()
+    }
+
     /// Proved bounds of the weakening rate of a built-in law; `None` for other laws.
     #[inline]
     fn weakening_range(&self, lo: f64, hi: f64) -> Option<Range> {

@@ -24,13 +24,18 @@ const LONGEST_RATIO: f64 = 1.0;
 /// Shortest step, relative to the variable.
 const SHORTEST_STEP: f64 = 1e-13;
 /// Largest number of steps of a quarter.
-const STEP_BUDGET: u32 = 100_000;
+const STEP_BUDGET: u64 = 100_000;
 /// Largest local error of W^2 where it vanishes later.
 const ACCURATE: f64 = 1e-3;
 /// Largest weight of a stage at an end of a step.
 const KINK: f64 = 0.1;
 /// Number of roundings that a step counts for in the error.
 const ROUNDINGS: f64 = 4.0;
+
+/// The number of steps that as many evaluations allow a quarter.
+pub(super) fn most_steps(evaluations: u64) -> u32 {
+    (evaluations / STAGES as u64).min(STEP_BUDGET) as u32
+}
 
 /// The state of a quarter at x2 = 0.
 #[derive(Clone, Copy, Debug)]
@@ -233,7 +238,7 @@ impl<'a> Together<'a> {
             let Some(quarter) = self.quarters[lane] else { continue };
             self.rhs[lane] += STAGES as u64;
             self.steps[lane] += 1;
-            if self.steps[lane] > STEP_BUDGET {
+            if self.steps[lane] > quarter.most_steps {
                 done(self.numbers[lane], self.crept(lane), self.rhs[lane]);
                 self.quarters[lane] = None;
                 continue;

@@ -45,7 +45,7 @@ use std::sync::Arc;
 
 use super::polar::Closing;
 use super::work::Work;
-use lanes::{Arrival, follow};
+use lanes::{Arrival, follow, most_steps};
 use quarter::{Quarter, Rate, layer};
 use slipmap_model::corners::Layers;
 use slipmap_model::filippov::HopfRate;
@@ -91,6 +91,9 @@ pub struct Sought<'a> {
     start: f64,
     size: f64,
     bounds: [f64; 2],
+    /// The quota that it draws on, and the number of orbits that do, each of which has at most twice its share at once.
+    work: &'a Work,
+    sharing: usize,
 }
 
 impl<'a> Sought<'a> {
@@ -99,6 +102,7 @@ impl<'a> Sought<'a> {
     pub fn from_exit(
         curve: &'a Curve,
         belt_speed: f64,
+        work: &'a Work,
         start: impl FnOnce() -> f64,
         bounds: impl FnOnce() -> [f64; 2],
     ) -> Option<Self> {
@@ -107,12 +111,19 @@ impl<'a> Sought<'a> {
             return None;
         }
         let (start, bounds) = (start(), bounds());
-        Some(Self { curve, belt_speed, radius: belt_speed, drop, layer, start, size: start.abs(), bounds })
+        let (radius, size) = (belt_speed, start.abs());
+        Some(Self { curve, belt_speed, radius, drop, layer, start, size, bounds, work, sharing: 1 })
     }
 
     /// The orbit through the maximum `radius` <= V of x2. Its C lies between the bounds of the even part of the
     /// weakening rate (theory, "The backbone"), and near `guess` where there is one.
-    pub fn of_amplitude(curve: &'a Curve, belt_speed: f64, radius: f64, guess: Option<f64>) -> Self {
+    pub fn of_amplitude(
+        curve: &'a Curve,
+        belt_speed: f64,
+        radius: f64,
+        guess: Option<f64>,
+        work: &'a Work,
+    ) -> Self {
         let even = curve.even_weakening_range(belt_speed);
         let mean = curve.rough_mean_weakening(belt_speed);
         // Rounding may change the signs at the bounds.
@@ -123,7 +134,16 @@ impl<'a> Sought<'a> {
         let layer = layer(curve, belt_speed, radius);
         let start = guess.unwrap_or(mean);
         let size = start.abs().max(mean.abs());
-        Self { curve, belt_speed, radius, drop: 0.0, layer, start, size, bounds: [low, high] }
+        let bounds = [low, high];
+        Self { curve, belt_speed, radius, drop: 0.0, layer, start, size, bounds, work, sharing: 1 }
+    }
+}
+
+impl Sought<'_> {
+    /// The orbit as one of this number that draw on the same quota.
+    #[must_use]
+    pub fn sharing(self, sharing: usize) -> Self {
+        Self { sharing, ..self }
     }
 }
 
@@ -154,7 +174,8 @@ struct Search<'a> {
     /// Derivative by C of the gap, see [`Meeting::of_ways`].
     steepness: f64,
     rhs: u64,
-    work: Work,
+    work: &'a Work,
+    sharing: usize,
 }
 
 /// How quarters meet at x2 = 0, on the way down and on the way up.
@@ -243,7 +264,7 @@ impl<'a> Law<'a> {
 
 impl<'a> Search<'a> {
     fn new(sought: &Sought<'a>, law: &'a Law<'a>, tolerance: f64) -> Self {
-        let Sought { curve, belt_speed, radius, drop, layer, start, size, bounds } = *sought;
+        let Sought { curve, belt_speed, radius, drop, layer, start, size, bounds, work, sharing } = *sought;
         // Errors are in units of C, or of the weakening rate where that is moderate.
         let size = match layer.is_none() && drop == 0.0 {
             true => [belt_speed - radius, belt_speed, belt_speed + radius]
@@ -284,6 +305,7 @@ impl<'a> Search<'a> {
             viscous,
             sign: 1.0,
             allowed: f64::NAN,
+            most_steps: 0,
         };
         Self {
             first,
@@ -305,7 +327,8 @@ impl<'a> Search<'a> {
             square: radius * radius,
             steepness: 6.0,
             rhs: 0,
-            work: Work::of_question(curve),
+            work,
+            sharing,
         }
     }
 }
@@ -316,7 +339,8 @@ impl<'a> Search<'a> {
     fn quarters(&self) -> Vec<Quarter<'a>> {
         let requested = if self.is_accurate { self.aim } else { self.aim.max(ROUGH * self.size) };
         let allowed = 0.5 * requested * self.steepness * self.square;
-        let forward = Quarter { viscous: self.viscous, allowed, ..self.first };
+        let most_steps = most_steps(2 * self.work.left() / (4 * self.cost * self.sharing as u64));
+        let forward = Quarter { viscous: self.viscous, allowed, most_steps, ..self.first };
         let mut quarters = Vec::with_capacity(4);
         if self.above.is_none() {
             quarters.extend([forward, Quarter { sign: -1.0, speed: 0.0, ..forward }]);
@@ -488,7 +512,8 @@ pub fn closing_dampings_by_quarters(sought: &[Sought], tolerance: f64) -> Vec<Re
         if radius == belt_speed && curve.is_hidden_by_rounding(belt_speed) {
             continue;
         }
-        if sought.start.is_finite() && low.is_finite() && high.is_finite() && low <= high {
+        let may_begin = sought.work.left() > 0;
+        if may_begin && sought.start.is_finite() && low.is_finite() && high.is_finite() && low <= high {
             searches.push((number, Search::new(sought, law, tolerance)));
         }
     }
@@ -515,6 +540,7 @@ pub fn closing_dampings_by_quarters(sought: &[Sought], tolerance: f64) -> Vec<Re
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::work::Piece;
     use slipmap_model::friction::{Expression, Law};
     use slipmap_model::point::LawParameters;
     use slipmap_numbers::random::Random;
@@ -539,6 +565,7 @@ mod tests {
                         viscous: -sign * d,
                         sign,
                         allowed,
+                        most_steps: u32::MAX,
                     };
                     let arrival = follow(&[quarter])[0].0.unwrap();
                     let om = (1.0 - 0.25 * d * d).sqrt();
@@ -580,8 +607,11 @@ mod tests {
             for share in [0.059_04, 0.1, 0.308_66, 0.4, 0.8, 0.961_94, 1.0] {
                 let hopf = curve.weakening(belt_speed);
                 let starts = [None, Some(0.0), Some(0.5), Some(2.0), Some(2.68), Some(hopf)];
-                let sought = |start| Sought::of_amplitude(&curve, belt_speed, share * belt_speed, start);
-                let found = closing_dampings_by_quarters(&starts.map(sought), 1e-9);
+                let works = starts.map(|start| (start, Work::of(Piece::Critical, &curve)));
+                let sought = works.each_ref().map(|(start, work)| {
+                    Sought::of_amplitude(&curve, belt_speed, share * belt_speed, *start, work)
+                });
+                let found = closing_dampings_by_quarters(&sought, 1e-9);
                 let closed: Vec<&Closing> = found.iter().flatten().collect();
                 lost += found.len() - closed.len();
                 for pair in closed.windows(2) {
@@ -625,7 +655,8 @@ mod tests {
             let law =
                 Law::Expression(Expression::new(&format!("1{}", steps.map(step).concat()), 1.0).unwrap());
             let curve = law.curve(1.0, &LawParameters::new(&[]));
-            let sought = Sought::of_amplitude(&curve, belt_speed, radius, Some(guess));
+            let work = Work::of(Piece::Critical, &curve);
+            let sought = Sought::of_amplitude(&curve, belt_speed, radius, Some(guess), &work);
             let found = closing_dampings_by_quarters(&[sought], 1e-9)[0].unwrap();
             assert!((found.viscous - exact).abs() < found.error + 1e-8 * exact, "{found:?}");
         }

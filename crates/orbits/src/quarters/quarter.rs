@@ -118,6 +118,8 @@ pub(super) struct Quarter<'a> {
     pub(super) sign: f64,
     /// Error allowed of h at the end.
     pub(super) allowed: f64,
+    /// Largest number of trial steps.
+    pub(super) most_steps: u32,
 }
 
 impl Quarter<'_> {

@@ -7,6 +7,7 @@ use slipmap_column::{Attractors, Regime};
 use slipmap_figure::text::{Rich, capital, rich};
 use slipmap_machine::Motion;
 pub use slipmap_machine::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
+use slipmap_machine::assessment::{End, Statement};
 use slipmap_machine::risk::{Risk, WithError};
 
 /// The behaviour at the working point, and the damping above which the vibration ends.
@@ -50,6 +51,50 @@ pub(super) fn in_words(all: &Assessment, written: &Written) -> Rich {
     }
 }
 
+/// " At this damping it stick-slips by itself up to 15 rpm, after a knock up to 154 rpm.", of some belt speeds or of all;
+/// empty where the speeds at which it does are not one interval from the least on.
+pub(super) fn over_speeds(all: &Assessment, written: &Written, speeds: Option<[f64; 2]>) -> Rich {
+    let unit = Unit::of(&all.machine, written, "belt_speed");
+    // `None` where it is not told in one number.
+    let end = |statement: Statement| {
+        let of = &all.speeds[statement as usize];
+        match of.holds.as_slice() {
+            [] => Some(None).filter(|_| of.unknown.is_empty()),
+            [[End::Tried(_), end]] => Some(Some(*end)),
+            _ => None,
+        }
+    };
+    let (Some(always), Some(Some(may))) = (end(Statement::AlwaysSticks), end(Statement::MayStick)) else {
+        return Rich::default();
+    };
+    let [least, most] = speeds.unwrap_or([0.0, f64::INFINITY]);
+    let is_all = |end: &End| end.value() >= most;
+    let up_to = |end: End| match (is_all(&end), end) {
+        (true, _) => rich(" at all of them"),
+        (false, End::At { value, .. }) => rich(" up to ").then(unit.number(value, 3)),
+        (false, end) => rich(" up to at least ").then(unit.number(end.value(), 3)),
+    };
+    let number = |value: f64| unit.unnamed().number(value, 3);
+    let range = number(least).then(" to ").then(number(most)).with_unit(unit.name);
+    let begins = match speeds {
+        Some(_) => rich(" From ").then(range).then(" at this damping it stick-slips"),
+        None => rich(" At this damping it stick-slips"),
+    };
+    if may.value() <= least {
+        return begins.then(" at none.");
+    }
+    // A knock is a push of the mass.
+    match always.filter(|end| end.value() > least) {
+        None => begins.then(" only after a knock,").then(up_to(may)).then("."),
+        Some(always) => {
+            let by_itself = begins.then(" by itself").then(up_to(always));
+            let is_more = may.value() > always.value() * (1.0 + 1e-3) && !is_all(&always);
+            let knock = is_more.then(|| rich(", after a knock").then(up_to(may)));
+            by_itself.then(knock.unwrap_or_default()).then(".")
+        }
+    }
+}
+
 /// The probability of stick-slip from the spreads of the inputs and the errors of the friction; may be empty.
 pub(super) fn uncertainty(all: &Assessment, written: &Written, risk: Option<&Risk>) -> Rich {
     let Some(risk) = risk else { return Rich::default() };
@@ -64,7 +109,9 @@ pub(super) fn uncertainty(all: &Assessment, written: &Written, risk: Option<&Ris
     } else {
         " That is for the nominal values. With their spreads it may"
     };
-    let probability = rich(begins).then(" stick-slip with a probability ").then(rich(&share));
+    let by_itself = format!(", and vibrates by itself with one of {} %", percent(risk.by_itself.value));
+    let probability =
+        rich(begins).then(" stick-slip with a probability ").then(rich(&share)).then(rich(&by_itself));
     let rarest = risk.rare_by.iter().rev().find_map(|rare| Some((rare.probability, rare.damping.as_ref()?)));
     match rarest {
         // Without damping the probability is smaller still.

@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn intervals_have_one_line_each() {
         let located = |_: f64, error: f64| (error, 3);
-        let unit = Unit { name: "rpm", size: 0.1 };
+        let unit = Unit { name: "rpm", size: 0.1, also: None };
         let varied = Varied { words: "speed".into(), unit, located: &located };
         let line = |holds: Vec<[End; 2]>, unknown: Vec<[f64; 2]>| {
             varied.intervals(&Intervals { holds, unknown, tried: [0.0, 8.0] }).plain()

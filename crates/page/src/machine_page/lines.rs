@@ -7,7 +7,7 @@ use crate::palette;
 use slipmap_figure::text::{Rich, join, rich};
 pub use slipmap_machine::assessment::{Assessment, NeededKick, Undetermined};
 use slipmap_machine::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
-use slipmap_machine::{Coefficients, Dimension, Friction, Motion};
+use slipmap_machine::{AREA, Coefficients, Dimension, Friction, Motion, PRESSURE};
 use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
 use slipmap_numbers::text::{known_part, rounded};
@@ -59,14 +59,16 @@ pub(super) fn sections(
 fn with_spread(name: &str, value: f64, unit: Unit, uncertain: &[Uncertain]) -> Rich {
     let text = quantity(value, unit);
     let number = |value: f64, digits: usize| unit.unnamed().number(value, digits);
-    match uncertain.iter().find(|(known, _)| *known == name) {
+    match uncertain.iter().find(|(known, _)| *known == name).map(|(_, spread)| spread.at(value)) {
         None => text,
-        Some((_, Spread::Normal { sd })) => text.then(" ± ").then(number(*sd, 3)).then(" (sd)"),
-        Some((_, spread @ Spread::Joint { .. })) => {
-            with_error(value, spread.sd(), 4, unit).then(" (of the fit)")
+        Some(Spread::Normal { sd } | Spread::Relative { sd }) => {
+            text.then(" ± ").then(number(sd, 3)).then(" (sd)")
         }
-        Some((_, Spread::Uniform { min, max })) => {
-            let ends = number(*min, 4).then(" to ").then(number(*max, 4));
+        Some(spread @ Spread::Joint { .. }) => {
+            with_error(value, spread.sd(value), 4, unit).then(" (of the fit)")
+        }
+        Some(Spread::Uniform { min, max }) => {
+            let ends = number(min, 4).then(" to ").then(number(max, 4));
             text.then(", ").then(ends).then(" (uniform)")
         }
     }
@@ -87,6 +89,12 @@ fn given(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -> Vec<Li
             false => machine.motion.unit(Dimension::Force).into(),
         };
         let force = with_spread("normal_force", machine.normal_force, unit, uncertain);
+        // What is given in its place has the spread.
+        for (name, value) in machine.quantities() {
+            if [PRESSURE, AREA].contains(&name) {
+                given.push(named(name, value));
+            }
+        }
         given.push(line(&machine.motion.words("normal_force"), force));
     }
     given.extend(given_friction(all, written, uncertain));
@@ -108,7 +116,10 @@ fn given_friction(all: &Assessment, written: &Written, uncertain: &[Uncertain]) 
             let width = number("stribeck_velocity", of.stribeck_velocity);
             let mut lines = vec![
                 line("friction law", Rich::foreign(law.name())),
-                line("coefficient of friction at rest, kinetic", rest.then(", ").then(kinetic)),
+                line(
+                    &format!("{} at rest, kinetic", machine.words_of_friction()),
+                    rest.then(", ").then(kinetic),
+                ),
             ];
             if Coefficients::names(law).any(|name| name == "stribeck_velocity") {
                 lines.push(line("Stribeck velocity", width));
@@ -129,15 +140,10 @@ fn given_friction(all: &Assessment, written: &Written, uncertain: &[Uncertain]) 
                 let is_fitted = |it: &&Uncertain| it.0 == of.name && matches!(it.1, Spread::Joint { .. });
                 let is_fitted = uncertain.iter().any(|it| is_fitted(&it));
                 let unit = match is_fitted {
-                    true => machine.motion.unit_of_fitted(of.name, !machine.normal_force_is_known),
-                    false => "",
+                    true => machine.motion.unit_of_fitted(of.name, !machine.normal_force_is_known).into(),
+                    false => Unit::of(machine, written, of.name),
                 };
-                Rich::foreign(&format!("{} = ", of.name)).then(with_spread(
-                    of.name,
-                    *value,
-                    unit.into(),
-                    uncertain,
-                ))
+                Rich::foreign(&format!("{} = ", of.name)).then(with_spread(of.name, *value, unit, uncertain))
             });
             if !parameters.as_slice().is_empty() {
                 lines.push(line("with", join(values)));
@@ -233,7 +239,7 @@ fn limits(all: &Assessment, written: &Written) -> Vec<Line> {
     ]);
     if let Some(errors) = errors {
         let words = format!("standard error by {}; not known of the other limits", errors.from.in_words());
-        limits.push(line("after ±", Rich::foreign(&words)));
+        limits.push(line("the number behind ± is the", Rich::foreign(&words)));
     }
     limits.extend(unmeasured(all));
     limits.extend(all.needed_for_speeds.map(|needed| {
@@ -398,10 +404,12 @@ fn sensitivities(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -
         }
         let per_cent = Rich::with_error(of.critical_damping, of.critical_damping_error, 3).then(" % for 1 %");
         // To first order.
-        let sd = uncertain.iter().find(|(known, _)| *known == of.quantity).map(|(_, spread)| spread.sd());
+        let spread = uncertain.iter().find(|(known, _)| *known == of.quantity).map(|(_, spread)| spread);
         let value = values.iter().find(|(known, _)| *known == of.quantity).map(|(_, value)| *value);
-        let moved = sd.zip(value).zip(all.behaviour.critical_damping);
-        let moved = moved.map(|((sd, value), critical)| (of.critical_damping * critical * sd / value).abs());
+        let moved = spread.zip(value).zip(all.behaviour.critical_damping);
+        let moved = moved.map(|((spread, value), critical)| {
+            (of.critical_damping * critical * spread.sd(value) / value).abs()
+        });
         let by_spread = moved.filter(|moved| *moved > 0.0).map_or_else(Rich::default, |moved| {
             rich("; by its spread ± ").then(Unit::of(&all.machine, written, "damping").number(moved, 2))
         });
@@ -486,6 +494,10 @@ fn risk_lines(all: &Assessment, written: &Written, risk: &Risk) -> Vec<Line> {
         rich("probability that it may stick-slip (95 % limits)"),
         rich(&percentage(&risk.probability)).then(rich(&format!(", {} {noun}", risk.draws))),
     )];
+    lines.push((
+        rich("probability that it vibrates by itself: steady slip is unstable"),
+        rich(&percentage(&risk.by_itself)),
+    ));
     if risk.critical_damping_error > risk.standard_error.unwrap_or(0.0) {
         let error = unit.number(risk.critical_damping_error, 2);
         lines.push((rich("largest error met of a draw's critical damping"), error));

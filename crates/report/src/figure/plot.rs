@@ -21,7 +21,7 @@ use slipmap_figure::style;
 use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
-use slipmap_map::dataset::auxiliary::PROBABILITY;
+use slipmap_map::dataset::auxiliary::{PROBABILITIES, PROBABILITY};
 use slipmap_map::{Field, Plane, PlaneCurves};
 use slipmap_numbers::text::short;
 use slipmap_page::palette::{Kind, kinds};
@@ -150,8 +150,8 @@ pub(crate) fn regimes(view: &View, width: Width) -> Result<Option<Figure>, Repor
 /// The requested variables, or the default one.
 fn variables<'a>(map: &'a MapFile, requested: &'a [String]) -> Result<Vec<&'a str>, ChoiceError> {
     let default = format!("verdict_{SIMULATION}");
-    let probability = map.has_probability().then_some(PROBABILITY);
-    let names: Vec<&str> = map.variables().chain(probability).collect();
+    let probability = map.has_probability().then_some(PROBABILITIES);
+    let names: Vec<&str> = map.variables().chain(probability.into_iter().flatten()).collect();
     if let Some(name) = requested.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(match Field::of_variable(name) {
             Some((field, _)) if field != Field::Verdict => ChoiceError::NotStored {

@@ -55,8 +55,9 @@ pub fn chart(study: &Study, width: Width) -> Figure {
     let axes = study.grid.axes().iter();
     let place = join(axes.map(|axis| UnitSystem::default().axis(axis).extent(&axis.values, 4)));
     let caption = rich(&format!(
-        "Speed against accuracy on {} cells with ",
-        study.cells.len()
+        "Speed against accuracy on {} cells of the law {} with ",
+        study.cells.len(),
+        study.grid.law().name()
     ))
     .then(place)
     .then(rich(&format!(
@@ -66,11 +67,7 @@ pub fn chart(study: &Study, width: Width) -> Figure {
          Pareto front.",
         study.settings.near
     )))
-    .then(match &study.peers {
-        Some((_, true)) => rich(" Peers, dotted, were measured on the same cells."),
-        Some((_, false)) => rich(" Peers, dotted, were measured on other cells."),
-        None => Rich::default(),
-    });
+    .then(rich(if study.rows.iter().any(|row| row.kind == Kind::Peer) { " Peers are dotted." } else { "" }));
     let mut scene = Scene::new(width.points(), 0.0);
     draw(&mut scene, study, width);
     Figure { name: "work-precision".into(), caption, scene, data: Data::default() }

@@ -67,7 +67,7 @@ pub(crate) fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
 /// A cell with its true answers, if they are certain.
 fn cell(law: &Law, point: Point, critical: Option<f64>, near: bool) -> Option<Cell> {
     let column = law.column(&point);
-    let reference = reference(&point, critical);
+    let reference = reference(law, &point, critical);
     let margin = reference.margin?;
     let value = margin.value.value();
     let verdict = if value.abs() <= 2.0 * margin.error {

@@ -97,7 +97,7 @@ fn validated(cell: &Cell, _: f64) -> Answer {
     )
 }
 
-fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
+fn critical_damping(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
     let columns: Vec<Column> = cells.iter().map(|cell| cell.column.clone()).collect();
     let roots = critical_dampings(&columns, tolerance).into_iter().zip(cells);
     roots
@@ -111,7 +111,8 @@ fn direct(cell: &Cell, tolerance: f64) -> Answer {
     Answer { verdict: Verdict::from(&flow.fate), margin, critical: None }
 }
 
-fn auto(cell: &Cell, tolerance: f64) -> Answer {
+/// As a map of one cell decides it.
+fn simulation(cell: &Cell, tolerance: f64) -> Answer {
     let columns = std::slice::from_ref(&cell.column);
     let verdicts = slipmap_map::decide(columns, &[cell.point.damping], tolerance);
     Answer { verdict: verdicts[0], margin: None, critical: None }
@@ -119,7 +120,7 @@ fn auto(cell: &Cell, tolerance: f64) -> Answer {
 
 /// All contestants, each method with its settings from coarse to fine.
 ///
-/// The parameters: `tolerance` for engines (the requested error of the margin; for `critical_surface`
+/// The parameters: `tolerance` for engines (the requested error of the margin; for `critical_damping`
 /// relative to the divergence) and for `event_step` (the error per step), `smoothing_width` for `smoothed`,
 /// `stick_band_width` for `stick_band`, `step` for `fixed_step`. All other parameters of the naive methods
 /// have their default values.
@@ -133,8 +134,8 @@ pub fn contestants() -> Vec<Contestant> {
     let mut all: Vec<Contestant> = TESTS.iter().map(test).collect();
     all.push(fixed("validated", Kind::Engine, Solver::Each(validated), Output::CriticalDampings));
     let engines = [
-        ("critical_surface", Solver::Batch(critical_surface), Output::CriticalDampings),
-        ("auto", Solver::Each(auto), Output::Nothing),
+        ("critical_damping", Solver::Batch(critical_damping), Output::CriticalDampings),
+        ("simulation", Solver::Each(simulation), Output::Nothing),
         ("direct", Solver::Each(direct), Output::Margins),
     ];
     for (name, solver, output) in engines {

@@ -95,6 +95,29 @@ impl Double2 {
         self.hi
     }
 
+    /// The exponential function of a number from -700 to 1.
+    pub(crate) fn exp(self) -> Self {
+        // Taylor series at x / 1024 (at most 0.69: x^19 / 19! < 1e-20 times its square), then ten squarings, of e^x - 1,
+        // which keeps the accuracy of small numbers.
+        let x = self * (1.0 / 1024.0);
+        let (mut sum, mut term) = (x, x);
+        for n in 2..24 {
+            term = term * x / f64::from(n);
+            sum = sum + term;
+        }
+        for _ in 0..10 {
+            sum = sum * 2.0 + sum * sum;
+        }
+        sum + 1.0
+    }
+
+    /// The square root of a positive number.
+    pub(crate) fn sqrt(self) -> Self {
+        // One step of Newton's method doubles the digits of the double.
+        let root = Self::from(self.hi.sqrt());
+        root + (self - root * root) / (root * 2.0)
+    }
+
     /// (sin, cos) of a number from 0 to 2 pi.
     pub(crate) fn sin_cos(self) -> (Self, Self) {
         // Taylor series at x / 16 (at most 0.4: x^27 / 27! < 2e-39), then four doublings of sin and of 1 -

@@ -1,4 +1,5 @@
-//! Reference answers to some 25 digits: the scalar form in double-double arithmetic.
+//! Reference answers to some 25 digits in double-double arithmetic: the scalar form of the laws `stribeck` and `exponential`
+//! without a drop, and the closed form of `coulomb`, whose flow is linear.
 //!
 //! One turn of the polar form (theory, "Two forms of the slip flow") by extrapolation (Gragg, Bulirsch and
 //! Stoer): the modified midpoint rule has an error expansion in even powers of its step, so that `SEQUENCE`
@@ -9,6 +10,7 @@
 use std::sync::{LazyLock, OnceLock};
 
 use super::double_double::{Double2, TAU};
+use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 
 /// Numbers of midpoint steps.
@@ -23,13 +25,13 @@ const SLOWEST_TURN: f64 = 0.05;
 /// Number of Newton steps to a root: each nearly doubles the 16 digits at the start.
 const ROOT_STEPS: usize = 3;
 
-/// The scaled groups (A, k, b, C) of a Stribeck oscillator, computed without rounding to double precision.
+/// The divergence at s = u / V of an oscillator, computed without rounding to double precision.
 #[derive(Clone, Copy, Debug)]
-struct Groups {
-    a: Double2,
-    k: Double2,
-    b: Double2,
-    c: Double2,
+enum Divergence {
+    /// A / (1 + k s)^2 - 2 b s - C.
+    Stribeck { a: Double2, k: Double2, b: Double2, c: Double2 },
+    /// A exp(-k s) - C.
+    Exponential { a: Double2, k: Double2, c: Double2 },
 }
 
 /// A number to more digits than a double has, with a bound on its error.
@@ -83,30 +85,76 @@ fn angles(rung: usize) -> &'static [Rules] {
     })
 }
 
-impl Groups {
-    fn of(point: &Point, damping: Double2) -> Option<Self> {
-        let &[alpha, beta, gamma] = point.law.as_slice() else { return None };
+/// The scaled grazing margin of the law `coulomb`, with friction 1 - drop + eta u in slip: x2 = exp(-h t) (V cos w t +
+/// (h V - drop) / w sin w t) with 2 h = eta + eps c and w^2 = 1 - h^2, at its largest after the first minimum.
+fn coulomb(point: &Point, damping: Double2) -> Option<Exact> {
+    let &[drop, eta] = point.law.as_slice() else { return None };
+    let h = (damping * point.epsilon + eta) * 0.5;
+    let w = (Double2::from(1.0) - h * h).value();
+    if w <= 0.0 || drop == 0.0 && h.value() == 0.0 {
+        return None;
+    }
+    let w = (Double2::from(1.0) - h * h).sqrt();
+    let (even, odd) = (Double2::from(point.belt_speed), (h * point.belt_speed - drop) / w);
+    // x2' = exp(-h t) (p cos w t + q sin w t); it vanishes where tan w t = -p / q, the second time after the start.
+    let (p, q) = (odd * w - even * h, -(even * w) - odd * h);
+    let first = (-p.value()).atan2(q.value()).rem_euclid(std::f64::consts::PI);
+    let half = TAU * 0.5;
+    // At the start x2' = -drop: without a drop the first of the zeros is the start itself.
+    let turns = if first > 1e-9 && drop > 0.0 { 1.0 } else { 2.0 };
+    let mut angle = Double2::from(first) + half * turns;
+    if drop == 0.0 {
+        angle = TAU;
+    }
+    for _ in 0..2 {
+        let (sin, cos) = angle.sin_cos();
+        angle = angle - (p * cos + q * sin) / (q * cos - p * sin);
+    }
+    let (sin, cos) = angle.sin_cos();
+    let x2 = (-(h * angle / w)).exp() * (even * cos + odd * sin);
+    Some(Exact { value: x2 / point.belt_speed - 1.0, error: AGREEMENT })
+}
+
+impl Divergence {
+    fn of(law: &Law, point: &Point, damping: Double2) -> Option<Self> {
         let epsilon = Double2::from(point.epsilon);
-        let rate = epsilon * gamma;
-        Some(Self {
-            a: rate * (Double2::from(1.0) - alpha),
-            k: rate * point.belt_speed,
-            b: epsilon * beta * point.belt_speed,
-            c: epsilon * damping,
-        })
+        let c = epsilon * damping;
+        let one = Double2::from(1.0);
+        match (law, point.law.as_slice()) {
+            (Law::Stribeck, &[alpha, beta, gamma]) => {
+                let rate = epsilon * gamma;
+                let (a, k) = (rate * (one - alpha), rate * point.belt_speed);
+                Some(Self::Stribeck { a, k, b: epsilon * beta * point.belt_speed, c })
+            }
+            // Without a drop, of exponent 1.
+            (Law::Exponential, &[mu, vs, eta]) => Some(Self::Exponential {
+                a: (one - mu) / vs,
+                k: Double2::from(point.belt_speed) / vs,
+                c: c + eta,
+            }),
+            _ => None,
+        }
+    }
+
+    /// The divergence, and its distance from the pole of the law.
+    fn at(&self, s: Double2) -> (Double2, f64) {
+        match *self {
+            Self::Stribeck { a, k, b, c } => {
+                let q = Double2::from(1.0) + k * s;
+                (a / (q * q) - c - b * s * 2.0, q.value())
+            }
+            Self::Exponential { a, k, c } => (a * (-(k * s)).exp() - c, 1.0),
+        }
     }
 
     /// d delta / d theta with delta = r/V - 1; `None` outside the domain of the polar form.
     fn slope(&self, [cos, sin_cos, sin_squared]: &Angle, delta: Double2) -> Option<Double2> {
         let one = Double2::from(1.0);
         let r = one + delta;
-        let s = one - r * *cos;
-        let q = one + self.k * s;
-        let divergence = self.a / (q * q) - self.c - self.b * s * 2.0;
+        let (divergence, distance) = self.at(one - r * *cos);
         let turn = one + divergence * *sin_cos;
         // Written so that NaN is refused too.
-        (turn.value() > SLOWEST_TURN && q.value() > SLOWEST_TURN)
-            .then(|| divergence * r * *sin_squared / turn)
+        (turn.value() > SLOWEST_TURN && distance > SLOWEST_TURN).then(|| divergence * r * *sin_squared / turn)
     }
 
     /// delta after one turn.
@@ -153,11 +201,14 @@ impl Groups {
     }
 }
 
-/// The reference at a point of the Stribeck law. The root search of its column starts at `near`, a critical
+/// The reference at a point of a law that has one. The root search of its column starts at `near`, a critical
 /// damping in double precision.
 #[must_use]
-pub fn reference(point: &Point, near: Option<f64>) -> Reference {
-    let margin = |damping: Double2| Groups::of(point, damping)?.margin();
+pub fn reference(law: &Law, point: &Point, near: Option<f64>) -> Reference {
+    let margin = |damping: Double2| match law {
+        Law::Coulomb => coulomb(point, damping),
+        _ => Divergence::of(law, point, damping)?.margin(),
+    };
     let own = margin(Double2::from(point.damping));
     let root = near.filter(|c| *c >= 0.0).and_then(|near| {
         let mut c = Double2::from(near);

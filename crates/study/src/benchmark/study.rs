@@ -12,7 +12,7 @@ pub enum StudyError {
     /// There is no reference to compare with.
     #[error(
         "there is no reference to measure against: the law `{law}` has none, or every cell of the box lies outside its \
-         domain; the law `stribeck` at moderate epsilon has one"
+         domain; the laws `stribeck`, `exponential` and `coulomb` have one where friction does not fall too steeply"
     )]
     NoReference {
         /// The friction law.
@@ -33,8 +33,6 @@ pub struct Study {
     pub cells: Vec<Cell>,
     /// The measurements, methods in their order, each from coarse to fine.
     pub rows: Vec<Row>,
-    /// The file of the peers' rows, and whether they were measured on the same cells.
-    pub peers: Option<(String, bool)>,
 }
 
 /// Errors below this count as none: a double next to 1 has an error of 1e-16, but errors of small margins are
@@ -65,7 +63,7 @@ impl Study {
             on_row(number);
             rows.push(measure(contestant, &cells, settings.seconds));
         }
-        let mut study = Self { settings, grid: grid.clone(), cells, rows, peers: None };
+        let mut study = Self { settings, grid: grid.clone(), cells, rows };
         study.mark_fronts();
         Ok(study)
     }
@@ -81,17 +79,18 @@ impl Study {
         }
     }
 
-    /// The cells as a table for `scripts/study peers`.
+    /// The cells as a table for `scripts/study peers`, with the reference margin.
     #[must_use]
     pub fn cells_csv(&self) -> String {
         let axes = self.grid.axes();
-        let names: Vec<&str> = axes.iter().map(|axis| axis.name.as_str()).chain(["near"]).collect();
+        let names: Vec<&str> = axes.iter().map(|axis| axis.name.as_str()).chain(["near", "margin"]).collect();
         let mut text = names.join(",") + "\n";
         for cell in &self.cells {
             for axis in axes {
                 text.push_str(&format!("{:?},", axis.role.of(&cell.point)));
             }
-            text.push_str(if cell.near { "1\n" } else { "0\n" });
+            let margin = cell.reference.margin.map_or(f64::NAN, |margin| margin.value.value());
+            text.push_str(&format!("{},{margin:?}\n", u8::from(cell.near)));
         }
         text
     }

@@ -67,6 +67,7 @@ impl Mechanism {
                 "the orbit comes back, but its landing on the stick segment is not proved",
             ),
             Breakdown(Failure::StepBudget) => ("breakdown_step_budget", "the step budget ran out"),
+            Breakdown(Failure::Quota) => ("breakdown_quota", "the orbit takes more work than its quota"),
             Breakdown(Failure::StepUnderflow) => ("breakdown_step_underflow", "the step size underflowed"),
             Breakdown(Failure::NotFinite) => ("breakdown_not_finite", "the orbit left the finite numbers"),
             Unexplained => {

@@ -1,6 +1,6 @@
 //! `peers PEER TOLERANCE CELLS REPEATS`: scaled grazing margins m/V of many cells by one ODE crate.
 //!
-//! CELLS is a file of lines `epsilon alpha beta gamma c V`. Printed: the processor time of one pass (the
+//! CELLS is a file of lines `kind p0 p1 p2 C V`, C = eps c, with the parameters of [`Law`]. Printed: the processor time of one pass (the
 //! least of REPEATS) in seconds, then a line `margin rhs` for each cell, `nan 0` where the crate gave no
 //! answer.
 //!
@@ -10,10 +10,6 @@
 //! | differential-equations-scalar | scalar form, DOP853 | the angle 2 pi |
 //! | diffsol | (x1, x2), TSIT45 | the crate's root x2' = 0, the one above x2 = 0 |
 //! | ode_solvers | scalar form, DOPRI5 | the angle 2 pi |
-//! | own (feature) | scalar form | the angle 2 pi |
-//!
-//! `peers own-map TOLERANCE AXES REPEATS` (same feature) computes a whole map: AXES is a file of six lines, the
-//! values of epsilon, alpha, beta, gamma, V and c. Printed is the same for all its cells, row-major.
 //!
 //! Two expected methods are missing because of defects seen on x'' = -x and on the scalar form. The dense
 //! output of differential-equations' DOP853 (0.7.0) misses an event's state by 1e-9 at tolerance 1e-12, where
@@ -28,56 +24,85 @@ use cpu_time::ProcessTime;
 /// Longer than any first turn of the box.
 const LONG: f64 = 20.0;
 
+/// Friction in slip, at slip speed u; at rest it is 1.
+#[derive(Clone, Copy)]
+enum Law {
+    /// (1 - alpha)/(1 + rate u) + alpha + strengthening u^2.
+    Stribeck { alpha: f64, rate: f64, strengthening: f64 },
+    /// mu + (1 - mu) exp(-u/vs) + eta u.
+    Exponential { mu: f64, vs: f64, eta: f64 },
+    /// 1 - drop + eta u.
+    Coulomb { drop: f64, eta: f64 },
+}
+
 #[derive(Clone, Copy)]
 struct Cell {
-    epsilon: f64,
-    alpha: f64,
-    beta: f64,
-    gamma: f64,
+    law: Law,
+    /// C = eps c.
     c: f64,
     belt: f64,
 }
 
 impl Cell {
-    fn groups(&self) -> Groups {
-        let rate = self.epsilon * self.gamma;
-        Groups {
-            a: rate * (1.0 - self.alpha),
-            k: rate * self.belt,
-            b: self.epsilon * self.beta * self.belt,
-            c: self.epsilon * self.c,
-        }
+    fn of(numbers: &[f64]) -> Option<Cell> {
+        let &[kind, a, b, d, c, belt] = numbers else { return None };
+        let law = match kind {
+            0.0 => Law::Stribeck { alpha: a, rate: b, strengthening: d },
+            1.0 => Law::Exponential { mu: a, vs: b, eta: d },
+            _ => Law::Coulomb { drop: a, eta: b },
+        };
+        Some(Cell { law, c, belt })
+    }
+
+    fn numbers(&self) -> [f64; 6] {
+        let (kind, [a, b, d]) = match self.law {
+            Law::Stribeck { alpha, rate, strengthening } => (0.0, [alpha, rate, strengthening]),
+            Law::Exponential { mu, vs, eta } => (1.0, [mu, vs, eta]),
+            Law::Coulomb { drop, eta } => (2.0, [drop, eta, 0.0]),
+        };
+        [kind, a, b, d, self.c, self.belt]
     }
 
     fn exit_x1(&self) -> f64 {
-        1.0 - self.epsilon * self.c * self.belt
+        1.0 - self.c * self.belt
+    }
+
+    fn drop(&self) -> f64 {
+        if let Law::Coulomb { drop, .. } = self.law { drop } else { 0.0 }
+    }
+
+    /// Angle and radius of the exit point, in units of V.
+    fn start(&self) -> [f64; 2] {
+        let drop = self.drop() / self.belt;
+        [drop.atan(), drop.hypot(1.0)]
     }
 
     /// x2' of the lower flow, analytically continued above the belt line.
     fn acceleration(&self, x1: f64, x2: f64) -> f64 {
         let u = self.belt - x2;
-        let phi =
-            (1.0 - self.alpha) / (1.0 + self.epsilon * self.gamma * u) + self.alpha + self.epsilon * self.beta * u * u;
-        -x1 - self.epsilon * self.c * x2 + phi
+        let phi = match self.law {
+            Law::Stribeck { alpha, rate, strengthening } => {
+                (1.0 - alpha) / (1.0 + rate * u) + alpha + strengthening * u * u
+            }
+            Law::Exponential { mu, vs, eta } => mu + (1.0 - mu) * (-u / vs).exp() + eta * u,
+            Law::Coulomb { drop, eta } => 1.0 - drop + eta * u,
+        };
+        -x1 - self.c * x2 + phi
     }
-}
 
-/// The scaled groups A, k, b, C.
-#[derive(Clone, Copy)]
-struct Groups {
-    a: f64,
-    k: f64,
-    b: f64,
-    c: f64,
-}
-
-impl Groups {
     /// dr/dtheta of the scalar form, r in units of V.
     fn polar(&self, theta: f64, r: f64) -> f64 {
         let (sin, cos) = theta.sin_cos();
-        let s = 1.0 - r * cos;
-        let q = 1.0 + self.k * s;
-        let d = self.a / (q * q) - self.c - 2.0 * self.b * s;
+        let u = self.belt * (1.0 - r * cos);
+        let weakening = match self.law {
+            Law::Stribeck { alpha, rate, strengthening } => {
+                let q = 1.0 + rate * u;
+                rate * (1.0 - alpha) / (q * q) - 2.0 * strengthening * u
+            }
+            Law::Exponential { mu, vs, eta } => (1.0 - mu) / vs * (-u / vs).exp() - eta,
+            Law::Coulomb { eta, .. } => -eta,
+        };
+        let d = weakening - self.c;
         d * r * sin * sin / (1.0 + d * sin * cos)
     }
 }
@@ -93,7 +118,7 @@ const NO_ANSWER: Answer = Answer { margin: f64::NAN, rhs: 0 };
 mod with_differential_equations {
     use differential_equations::prelude::*;
 
-    use super::{Answer, Cell, Groups, LONG, NO_ANSWER, TAU};
+    use super::{Answer, Cell, LONG, NO_ANSWER, TAU};
 
     impl ODE<f64, [f64; 2]> for Cell {
         fn diff(&self, _t: f64, y: &[f64; 2], dydt: &mut [f64; 2]) {
@@ -103,7 +128,7 @@ mod with_differential_equations {
 
     impl Event<f64, [f64; 2]> for Cell {
         fn config(&self) -> EventConfig {
-            // x2' vanishes at the start as well; the crate looks for no event in its first step.
+            // Without a drop x2' vanishes at the start as well; the crate looks for no event in its first step.
             EventConfig::default().direction(CrossingDirection::Negative).terminal()
         }
 
@@ -124,15 +149,19 @@ mod with_differential_equations {
         }
     }
 
-    impl ODE<f64, f64> for Groups {
+    /// The scalar form.
+    struct Scalar(Cell);
+
+    impl ODE<f64, f64> for Scalar {
         fn diff(&self, theta: f64, r: &f64, dr: &mut f64) {
-            *dr = self.polar(theta, *r);
+            *dr = self.0.polar(theta, *r);
         }
     }
 
     pub fn scalar_turn(cell: &Cell, tolerance: f64) -> Answer {
         let method = ExplicitRungeKutta::dop853().rtol(tolerance).atol(tolerance);
-        match IVP::ode(&cell.groups(), 0.0, TAU, 1.0).method(method).solve() {
+        let [from, radius] = cell.start();
+        match IVP::ode(&Scalar(*cell), from, TAU, radius).method(method).solve() {
             Ok(solution) => {
                 Answer { margin: solution.y.last().map_or(f64::NAN, |r| r - 1.0), rhs: solution.evals.function as u64 }
             }
@@ -147,7 +176,7 @@ mod with_diffsol {
     use super::{Answer, Cell, LONG, NO_ANSWER};
 
     fn cell(p: &[f64]) -> Cell {
-        Cell { epsilon: p[0], alpha: p[1], beta: p[2], gamma: p[3], c: p[4], belt: p[5] }
+        Cell::of(p).expect("six numbers")
     }
 
     /// Computes all cells through one problem with changing parameters, the cheapest use of the crate.
@@ -155,7 +184,7 @@ mod with_diffsol {
         let built = OdeBuilder::<NalgebraMat<f64>>::new()
             .rtol(tolerance)
             .atol([tolerance, tolerance])
-            .p([0.05, 0.5, 0.1, 1.0, 0.1, 1.0])
+            .p(cells[0].numbers())
             .rhs(|x: &[f64], p: &[f64], _t, y: &mut [f64]| {
                 y[0] = x[1];
                 y[1] = cell(p).acceleration(x[0], x[1]);
@@ -171,8 +200,7 @@ mod with_diffsol {
             .build();
         let Ok(mut problem) = built else { return vec![NO_ANSWER; cells.len()] };
         let mut answer = |cell: &Cell| -> Option<Answer> {
-            let p = [cell.epsilon, cell.alpha, cell.beta, cell.gamma, cell.c, cell.belt];
-            let p = diffsol::NalgebraVec::from_slice(&p, *problem.context());
+            let p = diffsol::NalgebraVec::from_slice(&cell.numbers(), *problem.context());
             problem.eqn_mut().set_params(&p);
             let calls = problem.eqn.rhs().statistics().number_of_calls;
             let mut solver = problem.tsit45().ok()?;
@@ -197,21 +225,22 @@ mod with_ode_solvers {
     use ode_solvers::dop_shared::OutputType;
     use ode_solvers::{Dopri5, System, Vector1};
 
-    use super::{Answer, Cell, Groups, NO_ANSWER, TAU};
+    use super::{Answer, Cell, NO_ANSWER, TAU};
 
-    impl System<f64, Vector1<f64>> for Groups {
+    impl System<f64, Vector1<f64>> for Cell {
         fn system(&self, theta: f64, y: &Vector1<f64>, dy: &mut Vector1<f64>) {
             dy[0] = self.polar(theta, y[0]);
         }
     }
 
     pub fn turn(cell: &Cell, tolerance: f64) -> Answer {
+        let [from, radius] = cell.start();
         let mut stepper = Dopri5::from_param(
-            cell.groups(),
-            0.0,
+            *cell,
+            from,
             TAU,
             TAU,
-            Vector1::new(1.0),
+            Vector1::new(radius),
             tolerance,
             tolerance,
             0.9,
@@ -251,17 +280,12 @@ fn read(path: &str) -> Option<Vec<Vec<f64>>> {
     text.lines().map(|line| line.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()).collect()
 }
 
-fn cell(numbers: &[f64]) -> Option<Cell> {
-    let &[epsilon, alpha, beta, gamma, c, belt] = numbers else { return None };
-    Some(Cell { epsilon, alpha, beta, gamma, c, belt })
-}
-
 fn run() -> Option<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [peer, tolerance, path, repeats] = arguments.as_slice() else { return None };
     let tolerance = tolerance.parse().ok()?;
     let lines = read(path)?;
-    let cells: Vec<Cell> = lines.iter().map(|numbers| cell(numbers)).collect::<Option<_>>()?;
+    let cells: Vec<Cell> = lines.iter().map(|numbers| Cell::of(numbers)).collect::<Option<_>>()?;
     let mut best = f64::INFINITY;
     let mut answers = Vec::new();
     for _ in 0..repeats.parse::<u32>().ok()?.max(1) {

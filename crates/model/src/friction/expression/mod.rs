@@ -235,7 +235,8 @@ impl Expression {
     }
 
     /// Returns whether eps occurs in the formula.
-    pub(super) fn depends_on_epsilon(&self) -> bool {
+    #[must_use]
+    pub fn depends_on_epsilon(&self) -> bool {
         self.parsed.tape.ops.contains(&Op::Epsilon)
     }
 

@@ -8,8 +8,10 @@ use slipmap_numbers::chebyshev::{points, transform};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::Jet;
 
-/// Largest number of pieces of a curve. The remaining ranges are then accepted, whatever their errors.
+/// Largest number of pieces of a curve, and its quota of work in evaluations of the Stribeck law: a fifth of a second. The
+/// remaining ranges are then accepted, whatever their errors.
 const MOST_PIECES: usize = 4096;
+const QUOTA: u64 = 4_000_000;
 /// Number of pieces above which forms of one curve, with different reaches, are no longer kept: some ten megabytes.
 const MOST_KEPT: usize = 16 * MOST_PIECES;
 /// Largest number of bisections of the first piece.
@@ -72,7 +74,8 @@ pub(in crate::friction) fn compile(
     if let Some(known) = known.iter().find(|known| known.reach() == reach) {
         return Arc::clone(known);
     }
-    let mut compiler = Compiler { law, breaks: vec![0.0], pieces: Vec::new(), size: 0.0 };
+    let most = MOST_PIECES.min((QUOTA / law.work_of_piece()) as usize);
+    let mut compiler = Compiler { law, breaks: vec![0.0], pieces: Vec::new(), size: 0.0, most };
     let base = match law {
         Form::Table(table) => {
             compile_table(table, &mut compiler.breaks, &mut compiler.pieces);
@@ -192,6 +195,8 @@ struct Compiler<'a> {
     pieces: Vec<Piece>,
     /// Largest |w| so far.
     size: f64,
+    /// Largest number of pieces.
+    most: usize,
 }
 
 impl Compiler<'_> {
@@ -250,7 +255,7 @@ impl Compiler<'_> {
             let middle = 0.5 * (a + b);
             let last = halvings >= MOST_HALVINGS
                 || !(a < middle && middle < b)
-                || self.pieces.len() + waiting.len() >= MOST_PIECES;
+                || self.pieces.len() + waiting.len() >= self.most;
             match piece(self.law, a, b, &mut self.size, last) {
                 Some(piece) => {
                     self.pieces.push(piece);
