@@ -95,6 +95,8 @@ pub struct Reduced {
     pub friction: DVector<f64>,
     /// Its covariance.
     pub covariance: DMatrix<f64>,
+    /// The part of it that comes from what is smoothed, not from the errors of the rows.
+    smoothed: DMatrix<f64>,
     /// Slip speeds, the friction there and its covariance without the law of a small family, and hardly smoothed: what the rows
     /// say, for a law that is fitted to them.
     pub by_rows: (Vec<f64>, DVector<f64>, DMatrix<f64>),
@@ -146,11 +148,14 @@ impl Reduced {
         self.by_rows.2.ger(1.0, &bias, &bias, 1.0);
     }
 
-    /// The mean of two curves at the same slip speeds.
+    /// The mean of two curves of one shape at the same slip speeds: the errors of their rows are independent, and what is
+    /// smoothed is the same in both.
     pub fn mean(self, other: Self) -> Self {
+        let smoothed = (self.smoothed + other.smoothed) * 0.5;
         Self {
             friction: (self.friction + other.friction) * 0.5,
-            covariance: (self.covariance + other.covariance) * 0.25,
+            covariance: (self.covariance + other.covariance) * 0.25 + &smoothed * 0.5,
+            smoothed,
             by_rows: (
                 self.by_rows.0,
                 (self.by_rows.1 + other.by_rows.1) * 0.5,
@@ -603,10 +608,14 @@ fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context,
         variance += weight * of.variance;
         means.push((weight, mean));
     }
+    let mut smoothed = DMatrix::zeros(KNOTS, KNOTS);
     for ((model, values), weights) in models.iter().zip(&at_knots).zip(&of_rows) {
-        for (inverse, weight) in model.inverse.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+        let of_penalty = model.inverse.iter().zip(&model.weights).zip(weights);
+        for ((inverse, penalty), weight) in of_penalty.filter(|(_, weight)| **weight > 0.0) {
             let scaled = values * Square::from_diagonal(&(inverse * *weight));
-            covariance += scaled * values.transpose();
+            covariance += &scaled * values.transpose();
+            let share = inverse.component_mul(&model.penalty) * *penalty;
+            smoothed += scaled * Square::from_diagonal(&share) * values.transpose();
         }
     }
     let mut friction = DVector::zeros(KNOTS);
@@ -630,7 +639,16 @@ fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context,
     let of_visits = of_visits.map(|(_, [weight, _])| weight).sum();
     let told_at: Vec<f64> = speeds.iter().chain(rows.told_at).copied().collect();
     let by_rows = without_law(bases, models, &shares, context, told_at);
-    Reduced { speeds, friction, covariance, by_rows, scatter: variance.sqrt(), aside: 0.0, of_visits }
+    Reduced {
+        speeds,
+        friction,
+        covariance,
+        smoothed,
+        by_rows,
+        scatter: variance.sqrt(),
+        aside: 0.0,
+        of_visits,
+    }
 }
 
 /// What the rows say without a law, by models with these weights and variances of a row: that of the basis with the largest

@@ -120,6 +120,18 @@ fn a_difference_of_directions_is_no_slope() {
     assert!(of(&ignored) > 20.0 * of(&mean));
 }
 
+/// What is smoothed is the same in two directions, so that their mean has more than half of the variance of each.
+#[test]
+fn a_mean_of_directions_is_smoothed_as_both() {
+    let one = of(&case("table"));
+    let both = one.clone().mean(one.clone());
+    for knot in 0..KNOTS {
+        let share = both.covariance[(knot, knot)] / one.covariance[(knot, knot)];
+        assert!((0.5 - 1e-12..1.0).contains(&share), "{knot} {share}");
+    }
+    assert!(both.covariance.trace() > 0.52 * one.covariance.trace());
+}
+
 /// A phase of rest ends half a sample after the last one; a value of the curve that is known changes the others.
 #[test]
 fn friction_at_rest_is_that_at_breakaway() {
