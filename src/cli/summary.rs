@@ -443,6 +443,10 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
             "y": job.plan.grid.axes()[curves.plane.y].name,
             "curves": curves.curves.len(),
             "points": curves.points(),
+            "codimension_two": curves.curves.iter().filter(|curve| curve.bifurcation.along().is_some())
+                .flat_map(|curve| curve.points.iter().map(|point| json!({
+                    "kind": curve.bifurcation.name(), "x": point.x, "y": point.y, "error": point.error,
+                }))).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "curves_seconds": summary.curves_seconds,
         "proved": summary.proved.as_ref().map(|proved| json!({

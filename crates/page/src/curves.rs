@@ -4,7 +4,7 @@ use slipmap_column::bifurcation::Bifurcation;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::Panel;
-use slipmap_figure::scene::{Place, Rect, Scene, Stroke};
+use slipmap_figure::scene::{Marker, Place, Rect, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::rich;
 use slipmap_map::{PlaneCurve, PlaneCurves};
@@ -146,6 +146,13 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
             places(bifurcation).for_each(|line| scene.line(&line, &line_style(bifurcation).0));
         }
     });
+    for point in curves.curves.iter().filter(|curve| curve.bifurcation.along().is_some()) {
+        let (marker, words) = mark(point.bifurcation);
+        for at in point.points.iter().map(|p| panel.place(p.x, p.y)) {
+            scene.marker(marker, at, MARK, style::BLACK, false);
+        }
+        legend.add(Sample::Mark(marker, style::BLACK, false), rich(words));
+    }
     // A curve along the frame cannot be seen.
     let Rect { x, y, w, h } = panel.rect;
     let inner = Rect { x: x + 0.5, y: y + 0.5, w: w - 1.0, h: h - 1.0 };
@@ -154,6 +161,19 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
             let (stroke, words) = line_style(bifurcation);
             legend.add(Sample::Line(stroke), rich(words));
         }
+    }
+}
+
+/// Size of the mark of a point of codimension two.
+const MARK: f64 = 5.0;
+
+/// The mark and the legend text of a bifurcation of codimension two.
+fn mark(bifurcation: Bifurcation) -> (Marker, &'static str) {
+    match bifurcation {
+        Bifurcation::Bautin => (Marker::Circle, "Bautin point"),
+        Bifurcation::HopfAtGrazing => (Marker::Diamond, "Hopf at grazing"),
+        Bifurcation::FoldAtGrazing => (Marker::Triangle, "fold at grazing"),
+        _ => (Marker::Square, "cusp of folds"),
     }
 }
 
@@ -170,6 +190,7 @@ pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
             (Stroke { color: style::BLUE, width: 1.2, dash: &[3.0, 1.4] }, "crossing curve")
         }
         Bifurcation::Fold => (Stroke::solid(style::WINE, 1.2), "fold curve"),
+        point => (EXACT, mark(point).1),
     }
 }
 
