@@ -46,7 +46,8 @@ impl<'a> View<'a> {
     /// machine change, where the kicks end, too.
     #[must_use]
     pub fn finds_curves(&self, variable: Option<&str>) -> bool {
-        variable.is_some_and(|name| name == "regime" || name.starts_with("kick_")) && self.map.grid().machine().is_some()
+        variable.is_some_and(|name| name == "regime" || name.starts_with("kick_"))
+            && self.map.grid().machine().is_some()
     }
 
     /// The units of dimensionless numbers at these nodes.
