@@ -174,6 +174,21 @@ fn inputs_are_in_the_units_that_people_have() {
         text.lines().filter(|line| line.starts_with("<circle")).collect::<Vec<_>>().join("")
     };
     assert_eq!(circles("named.svg"), circles("marks.svg"));
+    // A spreadsheet's table with words for what was seen: a series for each, of several files.
+    scratch.file(
+        "rig.csv",
+        "Damping ratio;seen;Belt speed [rad/s]\n3;groan;4,1887902047863905\n2,5;smooth;4,5\n",
+    );
+    scratch.run(&[&plot[..], &["--mark", "rig.csv", "--out", "words.svg"]].concat()).ends_with(0);
+    let words = scratch.read("words.svg");
+    assert!(["marks", "rig: groan", "rig: smooth"].iter().all(|name| words.contains(name)), "{words}");
+    // The curves at which regimes change are found without being asked for.
+    let regime = ["--variable", "regime", "--out", "curves.svg"];
+    scratch.run(&[&plot[..], &regime].concat()).ends_with(0);
+    assert!(scratch.read("curves.svg").contains("grazing curve"));
+    let regime = ["--variable", "regime", "--no-curves", "--out", "cells.svg"];
+    scratch.run(&[&plot[..], &regime].concat()).ends_with(0);
+    assert!(!scratch.read("cells.svg").contains("grazing curve"));
     scratch.file("marks.csv", "belt_speed [m],ratio\n40,3\n");
     scratch.run(&[&plot[..], &["--out", "wrong.svg"]].concat()).refuses(&["marks.csv:1: column 1"]);
     scratch.file("marks.csv", "pressure,ratio\n40,3\n");

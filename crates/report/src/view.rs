@@ -43,10 +43,11 @@ impl<'a> View<'a> {
     }
 
     /// Whether the curves of a figure of this variable are found without being asked for: those at which the regimes of a
-    /// machine change.
+    /// machine change, where the kicks end, too.
     #[must_use]
     pub fn finds_curves(&self, variable: Option<&str>) -> bool {
-        variable == Some("regime") && self.map.grid().machine().is_some()
+        variable.is_some_and(|name| name == "regime" || name.starts_with("kick_"))
+            && self.map.grid().machine().is_some()
     }
 
     /// The units of dimensionless numbers at these nodes.

@@ -301,10 +301,19 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     Ok(Plotted { scene, caption, data, held, thinned, curves, notes })
 }
 
+/// Largest number of characters of a title in a heading, which has one line for it.
+const MOST_OF_TITLE: usize = 30;
+
 /// What is drawn, of a machine with its title and the values of the names in its formula.
 fn named(view: &View, what: Rich) -> Rich {
     let grid = view.map.grid();
     let (Some(machine), Some(title)) = (grid.machine(), view.map.text("title")) else { return what };
+    // The subject of a long title: what is before its first colon or comma.
+    let subject =
+        title.split([':', ',']).next().filter(|_| title.chars().count() > MOST_OF_TITLE).unwrap_or(title);
+    if subject.chars().count() > MOST_OF_TITLE {
+        return what;
+    }
     let of_formula: Vec<&str> = match &machine.friction {
         Friction::Formula(formula, _) => formula.parameters().iter().map(|of| of.name).collect(),
         _ => Vec::new(),
@@ -312,7 +321,7 @@ fn named(view: &View, what: Rich) -> Rich {
     let values = grid.fixed().into_iter().filter(|(name, _)| of_formula.contains(name));
     let values =
         values.map(|(name, value)| Rich::foreign(&format!("{name} = ")).then(Rich::number(value, 4)));
-    join(std::iter::once(Rich::foreign(title).then(": ").then(what)).chain(values))
+    join(std::iter::once(Rich::foreign(subject).then(": ").then(what)).chain(values))
 }
 
 /// A note for each requested value of an axis that was replaced by the nearest node.
