@@ -21,6 +21,22 @@ PARAMETERS = {"alpha": 0.3, "beta": 0.1, "gamma": 2.0}
             {"epsilon": 1.0, "mu": 0.5, "vs": 1.0, "eta": 0.0, "V": 0.6, "c": 0.2},
             ["--law", "lorentzian"],
         ),
+        # Both motions attract, also of friction that drops; slip cycles.
+        (
+            slipmap.Law.exponential(),
+            {"epsilon": 1.0, "mu": 0.6, "vs": 0.05, "eta": 0.0, "V": 0.5, "c": 0.187},
+            ["--law", "exponential"],
+        ),
+        (
+            slipmap.Law.coulomb(),
+            {"epsilon": 1.0, "drop": 0.4, "eta": 0.0, "V": 0.5, "c": 0.1},
+            ["--law", "coulomb"],
+        ),
+        (
+            slipmap.Law.expression("0.6 + 0.4*exp(-u) - 0.1*sin(7*u)"),
+            {"epsilon": 1.0, "V": 1.2, "c": 0.15},
+            ["--phi", "0.6 + 0.4*exp(-u) - 0.1*sin(7*u)"],
+        ),
     ],
 )
 def test_a_probe_is_that_of_the_program(program, law, values, flags):

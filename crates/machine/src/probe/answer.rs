@@ -235,6 +235,10 @@ impl Answer {
 
     /// Derivatives of the critical damping.
     pub fn sensitivity(&self) -> Result<Sensitivity, NoSensitivity> {
+        // A finer one takes no less.
+        if self.critical == Err(NoCriticalDamping::Quota) {
+            return Err(NoCriticalDamping::Quota.into());
+        }
         sensitivity(&self.law.column(&self.point))
     }
 
