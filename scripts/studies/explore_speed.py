@@ -4,7 +4,7 @@
     scripts/study explore_speed [--out results/explore/speed.csv]
 
 In Debian's chromium: milliseconds from the navigation to the first picture, of the first opening and of the second; then the
-fastest of five answers, of the program on one core and of one worker of the file. Planes have 100 x 80 cells of the behaviour, with the
+fastest of fifteen answers, of the program on one core and of one worker of the file. Planes have 100 x 80 cells of the behaviour, with the
 damping as an axis and without it. Also the bytes of the file, and as gzip sends it.
 """
 
@@ -84,7 +84,7 @@ def main():
             page.goto(address + explore.STRIBECK)
             explore.settle(page)
         for words, path, body in requests():
-            rows.append([words, *(f"{min(page.evaluate(TAKE, [path, body]) for _ in range(5)):.1f}" for page in pages)])
+            rows.append([words, *(f"{min(page.evaluate(TAKE, [path, body]) for _ in range(15)):.1f}" for page in pages)])
             print(*rows[-1], flush=True)
         browser.close()
     server.end()

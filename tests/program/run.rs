@@ -286,7 +286,7 @@ fn a_dry_run_estimates_the_size_and_writes_nothing() {
     let told = scratch.json("run small.toml --dry-run --set curves.planes=[{x=\"gamma\",y=\"c\"}]");
     assert_eq!(
         told["beside"]["curves"],
-        "in 1 plane, of each kind at most 2,000 points and 1.7e8 right-hand sides"
+        "in 1 plane, of each kind at most 2,000 points and 8.8e7 right-hand sides"
     );
     // The estimate includes the bytes beside the cells, which matter most in a small file.
     scratch.run("run small.toml").ends_with(0);

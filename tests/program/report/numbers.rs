@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{AXES, SMALL, all_methods, assert_close, gather, indices, plan, row, small, store_map, verdicts};
 use slipmap::column::{Method, Verdict, critical_damping};
 use slipmap::map::Field;
-use slipmap::report::{Cell, View, tables};
+use slipmap::report::{Cell, Table, View, tables};
 
 /// Relative error of sums of a few hundred positive numbers in another order.
 const SUMS: f64 = 1e-12;
@@ -146,6 +146,33 @@ type Pair = (Vec<usize>, Option<f64>, Option<f64>, f64);
 /// Half a bin of the histogram of errors.
 const BIN: f64 = 1.0 / 2048.0;
 
+/// The rows of a method in the table of orders, from logarithms of eps and of the medians.
+fn orders_are_those_of(orders: &Table, method: &str, medians: &[(f64, f64)]) {
+    let found: Vec<_> = orders.rows.iter().filter(|row| row[0] == Cell::Words(method.into())).collect();
+    // Distances below the error of c* itself (those of the proved bounds) have no order.
+    if medians.len() < 2 || medians.iter().all(|(_, error)| error.exp() < 1e-9) {
+        assert!(found.len() == 1 && found[0][3] == Cell::Missing, "{found:?}");
+        return;
+    }
+    assert_eq!(found.len(), medians.len() - 1);
+    for (row, pair) in found.iter().zip(medians.windows(2)) {
+        let step = pair[1].0 - pair[0].0;
+        let exponent = (pair[1].1 - pair[0].1) / step;
+        // Each of the two medians is off by half a bin at most.
+        let slack = 3.0 * BIN / step;
+        match (&row[3], &row[4]) {
+            (Cell::Real(order), Cell::Real(error)) => {
+                assert!((order - exponent).abs() <= slack && *error <= 0.1, "{method}: {row:?} {pair:?}");
+            }
+            (Cell::Missing, Cell::Real(error)) => assert!(*error > 0.1, "{method}: {row:?}"),
+            (Cell::Missing, Cell::Missing) => {
+                assert!(matches!(row[5], Cell::Words(_)), "{method}: {row:?}")
+            }
+            _ => panic!("{method}: {row:?}"),
+        }
+    }
+}
+
 #[test]
 fn boundary_errors_and_orders_are_those_of_the_columns() {
     let usual: Vec<&str> = Method::usual().map(|method| method.name()).collect();
@@ -238,33 +265,7 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
                     medians.push((epsilon.ln(), common[common.len().div_ceil(2) - 1].ln()));
                 }
             }
-            let found: Vec<_> =
-                orders.rows.iter().filter(|row| row[0] == Cell::Words(method.into())).collect();
-            // Distances below the error of c* itself (those of the proved bounds) have no order.
-            if medians.len() < 2 || medians.iter().all(|(_, error)| error.exp() < 1e-9) {
-                assert!(found.len() == 1 && found[0][3] == Cell::Missing, "{found:?}");
-                continue;
-            }
-            assert_eq!(found.len(), medians.len() - 1);
-            for (row, pair) in found.iter().zip(medians.windows(2)) {
-                let step = pair[1].0 - pair[0].0;
-                let exponent = (pair[1].1 - pair[0].1) / step;
-                // Each of the two medians is off by half a bin at most.
-                let slack = 3.0 * BIN / step;
-                match (&row[3], &row[4]) {
-                    (Cell::Real(order), Cell::Real(error)) => {
-                        assert!(
-                            (order - exponent).abs() <= slack && *error <= 0.1,
-                            "{method}: {row:?} {pair:?}"
-                        );
-                    }
-                    (Cell::Missing, Cell::Real(error)) => assert!(*error > 0.1, "{method}: {row:?}"),
-                    (Cell::Missing, Cell::Missing) => {
-                        assert!(matches!(row[5], Cell::Words(_)), "{method}: {row:?}")
-                    }
-                    _ => panic!("{method}: {row:?}"),
-                }
-            }
+            orders_are_those_of(&orders, method, &medians);
         }
     }
 }
