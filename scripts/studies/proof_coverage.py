@@ -44,11 +44,11 @@ def machine(chance):
     force = between(1e-3, 0.1) * stiffness * between(1e-3, 0.1) / static
     unit = force * static / (stiffness * mass) ** 0.5
     law = chance.choice(["exponential", "lorentzian", "stribeck"])
-    more = "exponent = 2\\n" if law == "exponential" and chance.random() < 0.3 else ""
+    more = "exponent = 2\n" if law == "exponential" and chance.random() < 0.3 else ""
     return f"""[friction]
 law = "{law}"
-{more}[machine]
-mass = {mass!r}
+[machine]
+{more}mass = {mass!r}
 stiffness = {stiffness!r}
 normal_force = {force!r}
 static_friction = {static!r}
@@ -87,7 +87,7 @@ def main():
                 table.writerow([name, *undecided(program, ROOT / f"configs/{name}.toml", folder)])
                 sys.stdout.flush()
         place.write_text(BRAKE, encoding="utf-8")
-        if arguments.only in "brake":
+        if not arguments.only or arguments.only in "brake":
             table.writerow(["a brake, vs = 0.05, V from 0.02 to 1", *undecided(program, place, folder)])
             sys.stdout.flush()
         total = [0, 0, 0.0]
