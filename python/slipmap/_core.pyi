@@ -30,7 +30,9 @@ __all__ = [
     "regime",
     "run_config",
     "sensitivity",
+    "share",
     "verdicts",
+    "with_deviation",
 ]
 
 __version__: str
@@ -126,8 +128,8 @@ class Machine:
         arrays: list[_Reals],
         all: bool,
         tolerance: float,
-        threads: int | None = None,
-        progress: Callable[[int], None] | None = None,
+        threads: int | None,
+        progress: Callable[[int], None] | None,
     ) -> tuple[_Codes, list[_Reals]]: ...
     def critical_damping(
         self,

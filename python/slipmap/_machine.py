@@ -350,7 +350,8 @@ class Machine:
         def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
             bar = told(progress, max(array.size for array in arrays), "values")
             every = outputs[0].name != "by_itself_below"
-            return pick(*self._core.behaviour(names, arrays, every, tolerance, threads, bar))
+            picked: tuple[np.ndarray, ...] = pick(*self._core.behaviour(names, arrays, every, tolerance, threads, bar))
+            return picked
 
         values = {name: self._units.magnitude(name, value) for name, value in quantities.items()}
         return elementwise(kernel, values or {"belt_speed": self["belt_speed"]}, outputs)
@@ -430,7 +431,8 @@ class Machine:
         units = {"units": "N s/m" if self.motion == "translation" else "N m s/rad"}
         output = Output("by_itself_below", np.float64, "damping below which steady slip is unstable", units)
         by_itself = self._over([output], lambda _, numbers: (numbers[2],), tolerance, threads, False, quantities)[0]
-        may = self.critical_damping(tolerance=tolerance, threads=threads, progress=progress, **quantities)
+        given: Any = quantities
+        may = self.critical_damping(tolerance=tolerance, threads=threads, progress=progress, **given)
         return by_itself, may
 
     def risk(
@@ -624,15 +626,15 @@ class _Units:
 
     def read(self, name: str, given: Any) -> tuple[float, list[float] | None]:
         """The number of a quantity in SI units, and its spread: a standard deviation, or both ends of a range."""
-        if isinstance(given, str) and (parts := _core.with_deviation(given)) is not None:
-            given = dict(zip(("value", "sd"), parts, strict=True))
+        if isinstance(given, str) and (both := _core.with_deviation(given)) is not None:
+            given = dict(zip(("value", "sd"), both, strict=True))
         if not isinstance(given, Mapping):
             return self.number(name, given), None
         value = self.number(name, given["value"]) if "value" in given else None
 
         def part(key: str, text: Any) -> float:
-            share = _core.share(text) if isinstance(text, str) and value is not None else None
-            if share is None:
+            share = _core.share(text) if isinstance(text, str) else None
+            if share is None or value is None:
                 return self.number(name, text)
             if key == "sd":
                 return abs(value) * share
