@@ -228,9 +228,11 @@ def lower_flow(cell):
     """(right-hand side, start, x2') of the lower flow in (x1, x2), analytically continued above the belt line."""
     law, (viscous, belt) = int(cell[0]), map(float, cell[4:])
     numbers = tuple(map(float, cell[1:4]))
+    # Far beyond the belt line, where no orbit that counts goes, the exponential function overflows.
+    exp = lambda x: math.exp(min(x, 700.0))
 
     def acceleration(x1, x2):
-        return -x1 - viscous * x2 + friction(law, numbers, belt - x2, math.exp)
+        return -x1 - viscous * x2 + friction(law, numbers, belt - x2, exp)
 
     rhs = lambda t, x: (x[1], acceleration(x[0], x[1]))
     return rhs, (1 - viscous * belt, belt), lambda t, x: acceleration(x[0], x[1])
