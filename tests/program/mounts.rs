@@ -82,7 +82,9 @@ impl Drop for Server {
     }
 }
 
-const THERE: [&str; 2] = ["--set", "output.path=\"net/map.h5\""];
+/// Every cell is integrated, so that a run lasts longer than a busy machine takes to kill a server.
+const THERE: [&str; 4] =
+    ["--set", "output.path=\"net/map.h5\"", "--set", "methods.run=[\"simulation\", \"direct\"]"];
 
 /// A run with its output on the mount, whose first tiles are finished.
 fn begun(scratch: &Scratch, arguments: &[&str]) -> Child {
