@@ -203,8 +203,8 @@ pub mod column {
     pub use slipmap_column::{
         Attractors, BasinBoundary, Behaviour, CriticalDamping, DEFAULT_TOLERANCE, LongRun, Method, Neighbour,
         NoCriticalDamping, Regime, TOLERANCES, Verdict, backbone, bifurcation, continuation, critical,
-        critical_damping, crossing, crossing_separates, limits, long_run, regime, sensitivity, separates,
-        slip_cycle, slip_cycle_count, slip_cycles,
+        critical_damping, crossing, crossing_separates, limits, long_run, points, regime, sensitivity,
+        separates, slip_cycle, slip_cycle_count, slip_cycles,
     };
 }
 

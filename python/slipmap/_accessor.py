@@ -42,6 +42,7 @@ _CURVE_STYLES = {
     "crossing": ("#d55e00", "solid"),
     "fold": ("#cc79a7", "solid"),
 }
+_POINT_MARKS = {"bautin": "o", "hopf_at_grazing": "D", "fold_at_grazing": "^", "cusp": "s"}
 # Letters in a row of a title, which the width of a figure by default holds.
 _LONGEST = 60
 _SYMBOLS = {"epsilon": "ε", "alpha": "α", "beta": "β", "gamma": "γ", "mu": "μ", "eta": "η"}
@@ -276,7 +277,9 @@ class MapAccessor:
             for code, branch in dict.fromkeys(zip(of_plane.curve.values, of_plane.branch.values, strict=True)):
                 line = of_plane.isel(point=(of_plane.curve.values == code) & (of_plane.branch.values == branch))
                 color, dash = _CURVE_STYLES.get(kinds[int(code)], ("#8c8c8c", "solid"))
-                ax.plot(line[x], line[y], color=color, linestyle=dash, linewidth=1.2)
+                # A point of codimension two is a branch of one point.
+                mark = _POINT_MARKS.get(kinds[int(code)])
+                ax.plot(line[x], line[y], color=color, linestyle=dash, linewidth=1.2, marker=mark, markersize=4)
 
 
 def _words(name: str) -> str:

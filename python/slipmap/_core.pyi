@@ -120,6 +120,15 @@ class Machine:
     def risk(self, draws: int | None, rare: list[float], seconds: float | None) -> str: ...
     def page(self, title: str, draws: int | None, rare: list[float]) -> tuple[str, str]: ...
     def explorer(self, title: str) -> str: ...
+    def behaviour(
+        self,
+        names: list[str],
+        arrays: list[_Reals],
+        all: bool,
+        tolerance: float,
+        threads: int | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> tuple[_Codes, list[_Reals]]: ...
     def critical_damping(
         self,
         names: list[str],

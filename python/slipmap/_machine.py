@@ -15,6 +15,7 @@ import numpy as np
 
 from . import _core
 from ._broadcast import Numbers, Output, elementwise
+from ._codes import REGIME_FLAGS
 from ._decode import decode
 from ._law import BUILT_IN, Law, _scalar
 from ._point import Point
@@ -339,6 +340,98 @@ class Machine:
         values = {name: self._units.magnitude(name, value) for name, value in quantities.items()}
         results = elementwise(kernel, values or {"belt_speed": self["belt_speed"]}, outputs[: 1 + return_error])
         return results if return_error else results[0]
+
+    def _over(
+        self, outputs: list[Output], pick: Any, tolerance: float, threads: int | None, progress: Progress, quantities: Any
+    ) -> tuple[Any, ...]:
+        """What the core's `behaviour` says where quantities have other values; `pick` takes it from the codes and numbers."""
+        names = list(quantities) or ["belt_speed"]
+
+        def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
+            bar = told(progress, max(array.size for array in arrays), "values")
+            every = outputs[0].name != "by_itself_below"
+            return pick(*self._core.behaviour(names, arrays, every, tolerance, threads, bar))
+
+        values = {name: self._units.magnitude(name, value) for name, value in quantities.items()}
+        return elementwise(kernel, values or {"belt_speed": self["belt_speed"]}, outputs)
+
+    def regime(
+        self,
+        *,
+        tolerance: float = 1e-9,
+        threads: int | None = None,
+        progress: Progress = False,
+        **quantities: Numbers | Quantity,
+    ) -> Any:
+        """What it does in the long run where some quantities have other values: codes of :class:`Regime`.
+
+        Parameters and results are as in :meth:`critical_damping`; ``FAILED`` where it is not determined.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> pad = slipmap.Machine(mass=2.0, stiffness=800.0, damping=4.0, normal_force=50.0, static_friction=0.4,
+        ...                       kinetic_friction=0.3, stribeck_velocity=0.25, belt_speed=0.1)
+        >>> [slipmap.Regime(code).name for code in pad.regime(belt_speed=[0.1, 0.6])]
+        ['STICK_SLIP', 'EQUILIBRIUM']
+        """
+        output = Output("regime", np.int8, "long-run behaviour according to the simulated flow", REGIME_FLAGS)
+        return self._over([output], lambda codes, _: (codes,), tolerance, threads, progress, quantities)[0]
+
+    def kick(
+        self,
+        *,
+        tolerance: float = 1e-9,
+        threads: int | None = None,
+        progress: Progress = False,
+        **quantities: Numbers | Quantity,
+    ) -> tuple[Any, Any]:
+        """The kicks of steady slip, with the belt and against it, beyond which it vibrates: changes of velocity in SI units.
+
+        0 where it vibrates without a kick, infinite where none starts it, NaN where it is not known. Parameters are as in
+        :meth:`critical_damping`.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> pad = slipmap.Machine(mass=2.0, stiffness=800.0, damping=4.0, normal_force=50.0, static_friction=0.4,
+        ...                       kinetic_friction=0.3, stribeck_velocity=0.25, belt_speed=0.1)
+        >>> [float(kick) for kick in pad.kick(belt_speed=[0.1, 0.6])[0]]
+        [0.0, inf]
+        """
+        units = {"units": "m/s" if self.motion == "translation" else "rad/s"}
+        outputs = [
+            Output("kick_forward", np.float64, "kick with the belt", units),
+            Output("kick_backward", np.float64, "kick against the belt", units),
+        ]
+        return self._over(outputs, lambda _, numbers: tuple(numbers[:2]), tolerance, threads, progress, quantities)
+
+    def limits(
+        self,
+        *,
+        tolerance: float = 1e-9,
+        threads: int | None = None,
+        progress: Progress = False,
+        **quantities: Numbers | Quantity,
+    ) -> tuple[Any, Any]:
+        """The dampings below which it vibrates by itself, since steady slip is unstable, and below which it may stick-slip.
+
+        Parameters are as in :meth:`critical_damping`, which is the second; negative where no damping is small enough.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> pad = slipmap.Machine(mass=2.0, stiffness=800.0, damping=4.0, normal_force=50.0, static_friction=0.4,
+        ...                       kinetic_friction=0.3, stribeck_velocity=0.25, belt_speed=0.1)
+        >>> by_itself, may = pad.limits(belt_speed=[0.1, 0.3])
+        >>> bool((by_itself < may).all())
+        True
+        """
+        units = {"units": "N s/m" if self.motion == "translation" else "N m s/rad"}
+        output = Output("by_itself_below", np.float64, "damping below which steady slip is unstable", units)
+        by_itself = self._over([output], lambda _, numbers: (numbers[2],), tolerance, threads, False, quantities)[0]
+        may = self.critical_damping(tolerance=tolerance, threads=threads, progress=progress, **quantities)
+        return by_itself, may
 
     def risk(
         self, *, draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001), seconds: float | None = None

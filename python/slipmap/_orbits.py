@@ -140,7 +140,8 @@ def curves(
     -------
     xarray.Dataset
         Along ``point``, as in the group "curves" of a map: ``curve`` (code of what happens there: Hopf,
-        grazing, landing, crossing, fold), ``branch`` (number of the connected curve), the values of the two
+        grazing, landing, crossing, fold; of points of codimension two Bautin, Hopf at grazing, fold at grazing,
+        cusp, each a branch of one point), ``branch`` (number of the connected curve), the values of the two
         axes, and ``error``, the estimated distance from the curve in sides of the plane.
 
     Raises

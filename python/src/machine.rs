@@ -9,12 +9,14 @@ use pyo3::exceptions::{PyNotImplementedError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use slipmap::assessment::{StandardErrors, assess_fitted, with_errors};
 use slipmap::behaviour::behaviour;
-use slipmap::column::Method;
 use slipmap::column::critical::{NoCriticalDamping, critical_dampings};
+use slipmap::column::{Method, Regime, long_run};
 use slipmap::config::{conversion, load_machine, machine_of};
+use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law as Family};
 use slipmap::machine::{self as engine, Coefficients, Friction, Model, Motion, NORMAL_FORCE, RADIUS};
 use slipmap::map::{Grid, Shown};
+use slipmap::orbits::flow;
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk, uncertain_critical_damping};
 use slipmap_explore::{Engine, Start, WASM, page};
@@ -91,6 +93,60 @@ impl Machine {
             PyValueError::new_err("the friction leaves the numbers in dimensionless terms; check the units")
         };
         self.machine.model().ok_or_else(leaves)
+    }
+}
+
+/// A machine with other values of some quantities, element by element.
+struct Elements<'a> {
+    machine: &'a engine::Machine,
+    names: &'a [String],
+    values: Vec<&'a [f64]>,
+    len: usize,
+}
+
+impl<'a> Elements<'a> {
+    /// Refuses what is no quantity of the machine, or no legal value.
+    fn new(
+        py: Python<'_>,
+        machine: &'a engine::Machine,
+        names: &'a [String],
+        arrays: &'a [PyReadonlyArray1<'_, f64>],
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let (values, len) = columns_of(arrays)?;
+        let known = |name: &String| match machine.with(name, 1.0) {
+            Some(_) if name == NORMAL_FORCE && !machine.normal_force_is_known => Err(PyValueError::new_err(
+                "the friction of this machine is a force already: leave the normal force out\n  help: friction divided by \
+                 the normal force at which it was measured is a coefficient, which has any normal force",
+            )),
+            Some(_) => Ok(()),
+            None => Err(PyTypeError::new_err(format!("`{name}` is no quantity of this machine"))),
+        };
+        names.iter().try_for_each(known)?;
+        let all = Self { machine, names, values, len };
+        let illegal = in_tasks(py, len, threads, None, |mut task| {
+            let first = task.find_map(|i| Some((i, all.at(i).as_ref()?.illegal()?)));
+            first.into_iter().collect()
+        })?;
+        match illegal.first() {
+            Some((i, (name, value, wanted))) => {
+                Err(PyValueError::new_err(format!("{name} (element {i}) = {value}: must be {wanted}")))
+            }
+            None => Ok(all),
+        }
+    }
+
+    /// The machine of an element; `None` where a number is NaN.
+    fn at(&self, i: usize) -> Option<engine::Machine> {
+        let mut machine = self.machine.clone();
+        for (name, values) in self.names.iter().zip(&self.values) {
+            let value = if values.len() == 1 { values[0] } else { values[i] };
+            if value.is_nan() {
+                return None;
+            }
+            machine = machine.with(name, value)?;
+        }
+        Some(machine)
     }
 }
 
@@ -265,6 +321,49 @@ impl Machine {
         json(&probe)
     }
 
+    /// Where quantities have other values: the code of the regime, the kicks of steady slip with the belt and against it,
+    /// and the damping below which steady slip is unstable. A kick is 0 where none is needed, infinite where none starts a
+    /// vibration, and NaN where it is not known. Only the last is found where not `all`.
+    #[allow(clippy::too_many_arguments)] // those of the Python interface
+    fn behaviour<'py>(
+        &self,
+        py: Python<'py>,
+        names: Vec<String>,
+        arrays: Vec<PyReadonlyArray1<'py, f64>>,
+        all: bool,
+        tolerance: f64,
+        threads: Option<usize>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(Bound<'py, PyArray1<i8>>, Vec<Bound<'py, PyArray1<f64>>>)> {
+        check_tolerance(tolerance)?;
+        let elements = Elements::new(py, &self.machine, &names, &arrays, threads)?;
+        let unknown = (Regime::Failed.code(), [f64::NAN; 3]);
+        let one = |i: usize| {
+            let Some(Model { law, point, si }) = elements.at(i).and_then(|machine| machine.model()) else {
+                return unknown;
+            };
+            let column = law.column(&point);
+            let unstable_below = column.curve.weakening(column.belt_speed) / column.epsilon * si.damping;
+            if !all {
+                return (Regime::Failed.code(), [f64::NAN, f64::NAN, unstable_below]);
+            }
+            let oscillator = Oscillator::new(&law, &point);
+            let found = long_run(&oscillator, &flow(&oscillator, tolerance), tolerance);
+            let [forward, backward] = match (&found.basin, found.regime) {
+                (Some(basin), _) => [basin.kick.forward, basin.kick.backward].map(|kick| kick * si.velocity),
+                (None, Regime::Failed | Regime::Neutral) => [f64::NAN; 2],
+                (None, Regime::Equilibrium) => [f64::INFINITY; 2],
+                (None, regime) if !regime.attractors().equilibrium => [0.0; 2],
+                (None, _) => [f64::NAN; 2],
+            };
+            (found.regime.code(), [forward, backward, unstable_below])
+        };
+        let found = in_tasks(py, elements.len, threads, progress.as_ref(), |task| task.map(one).collect())?;
+        let column = |k: usize| PyArray1::from_vec(py, found.iter().map(|(_, numbers)| numbers[k]).collect());
+        let codes = found.iter().map(|(code, _)| *code).collect();
+        Ok((PyArray1::from_vec(py, codes), (0..3).map(column).collect()))
+    }
+
     /// The probability that it may stick-slip, and the dampings that make it rare, as JSON.
     fn risk(
         &self,
@@ -350,16 +449,9 @@ impl Machine {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Option<(usize, String)>)> {
         check_tolerance(tolerance)?;
-        let (values, len) = columns_of(&arrays)?;
-        let known = |name: &String| match self.machine.with(name, 1.0) {
-            Some(_) if name == NORMAL_FORCE && self.holds_forces() => Err(PyValueError::new_err(
-                "the friction of this machine is a force already: leave the normal force out\n  help: friction divided by \
-                 the normal force at which it was measured is a coefficient, which has any normal force",
-            )),
-            Some(_) => Ok(()),
-            None => Err(PyTypeError::new_err(format!("`{name}` is no quantity of this machine"))),
-        };
-        names.iter().try_for_each(known)?;
+        let elements = Elements::new(py, &self.machine, &names, &arrays, threads)?;
+        let len = elements.len;
+        let machine_at = |i: usize| elements.at(i);
         // A quantity that is given has no error of the fit.
         let is_left = |(name, _): &&Uncertain| !names.iter().any(|given| given == name);
         let uncertain: Vec<Uncertain> = self.uncertain.iter().filter(is_left).copied().collect();
@@ -370,25 +462,6 @@ impl Machine {
             let friction = Friction::Measured(with_errors(table)?.0);
             uncertain_critical_damping(&engine::Machine { friction, ..machine.clone() }, &[])
         };
-        // The machine of an element; `None` where a number is NaN.
-        let machine_at = |i: usize| {
-            let mut machine = self.machine.clone();
-            for (name, values) in names.iter().zip(&values) {
-                let value = if values.len() == 1 { values[0] } else { values[i] };
-                if value.is_nan() {
-                    return None;
-                }
-                machine = machine.with(name, value)?;
-            }
-            Some(machine)
-        };
-        let illegal = in_tasks(py, len, threads, None, |mut task| {
-            let first = task.find_map(|i| Some((i, machine_at(i).as_ref()?.illegal()?)));
-            first.into_iter().collect()
-        })?;
-        if let Some((i, (name, value, wanted))) = illegal.first() {
-            return Err(PyValueError::new_err(format!("{name} (element {i}) = {value}: must be {wanted}")));
-        }
         // Value, error, and the reason where there is no value though all numbers are given.
         type Answer = (f64, f64, Option<String>);
         let found = in_tasks(py, len, threads, progress.as_ref(), |task| {

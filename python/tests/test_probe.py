@@ -262,6 +262,17 @@ def test_curves_of_a_plane():
         slipmap.curves(law, V=[0.5, 2.0], c=0.1, epsilon=0.1)
 
 
+def test_points_of_codimension_two_are_branches_of_one_point():
+    # w is proportional to x exp(-x^2), x = u / vs: w'' vanishes at x^2 = 3/2.
+    law = slipmap.Law.exponential(mu=0.6, vs=0.3, eta=0.0, exponent=2.0)
+    found = slipmap.curves(law, V=[0.2, 0.6], c=[0.1, 2.0], epsilon=1.0)
+    kinds = found.curve.attrs["flag_meanings"].split()
+    bautin = found.isel(point=found.curve.values == kinds.index("bautin"))
+    x = np.sqrt(1.5)
+    assert bautin.V.values == pytest.approx([0.3 * x], abs=1e-9)
+    assert bautin.c.values == pytest.approx([0.8 * x / 0.3 * np.exp(-1.5)], abs=1e-9)
+
+
 def test_a_margin_may_be_infinite():
     answer = slipmap.probe(slipmap.Law.stribeck(1.0, 0.5, 0.0), V=3.0, c=0.1, epsilon=1.0)
     assert answer.methods["symmetric"].margin == -np.inf

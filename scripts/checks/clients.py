@@ -182,7 +182,7 @@ def check_ncdump(path):
     print(f"ncdump: {len(header.splitlines())} lines of header")
 
 
-BIFURCATIONS = {"hopf", "grazing_sliding", "landing", "crossing", "fold"}
+BIFURCATIONS = {"bautin", "hopf_at_grazing", "fold_at_grazing", "cusp", "hopf", "grazing_sliding", "landing", "crossing", "fold"}
 
 
 def check_curves(path):

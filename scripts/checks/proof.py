@@ -703,8 +703,9 @@ def prove(certificate):
         present, absent = prove_node(part["proof"], domain, axes, law, damping)
         for name, proved in (("present", present), ("absent", absent)):
             need(bool(number(part[name]) <= arb(1)) and Fraction(part[name]) <= proved, f"the share {name}")
-        said.append(f"present {float(present):.4g}, absent {float(absent):.4g}")
-    return "; ".join(said)
+        said.append((float(present), float(absent)))
+    means = [sum(column) / len(said) for column in zip(*said)] or [0, 0]
+    return f"present {means[0]:.4g}, absent {means[1]:.4g}" + (f", of {len(said)} parts on average" if len(said) != 1 else "")
 
 
 def no_constant(name):

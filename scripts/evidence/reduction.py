@@ -5,7 +5,8 @@
 
 import numpy as np
 K, ELL, TAU0, NL, NVS, REF, KEEP, KNOTS = 20, 1.5, 0.1, 8, 20, 24, 11.0, 24
-SHAPES = [lambda z, k=k: np.exp(-np.minimum(z, 1e3) ** k) for k in (.5, .7, 1, 1.4, 2)] + [lambda z: 1 / (1 + z), lambda z: 1 / (1 + z * z), lambda z: (1 + z) ** -2.0]
+SHAPES = [lambda z: 1 / (1 + z), lambda z: 1 / (1 + z * z), lambda z: (1 + z) ** -2.0] + [lambda z, k=k: np.exp(-np.minimum(z, 1e3) ** k) for k in .5 * 2 ** (np.arange(17) / 8)]
+LOG_SHARE = [0.0] * 3 + [np.log(.25)] * 17  # of the exponents, of which there are many
 FLOOR = 3e-4  # of the range: what 20 splines and 24 knots leave
 RHOS = (0, .3, .5, .7, .8, .87, .92, .96, .985); RHOS_AFTER = (-.3, -.15, 0, .15, .3, .5); RATIOS = (.3, 1, 4, 16, 64, 256, 2000)
 
@@ -15,19 +16,19 @@ def splines(x, xm):
     return B
 
 def grams(Z, visits, rhos):
-    """(rho, ratio, gram, log determinant): white or AR(1) rows, with or without an error common to a visit"""
-    if visits is None: yield 0, Z.T @ Z, 0.0; return
+    """(whether visits have an error of their own, gram, log determinant): white or AR(1) rows, with or without that error"""
+    if visits is None: yield False, Z.T @ Z, 0.0; return
     st = np.r_[True, np.diff(visits) != 0]; en = np.r_[st[1:], True]; first = np.nonzero(st)[0]; m = np.diff(np.r_[first, len(Z)])
     F, L, T = Z[st], Z[en], np.add.reduceat(Z, first, axis=0); A = Z.T @ Z
     C = Z[1:].T @ Z[:-1]; D = A - np.outer(Z[0], Z[0]) - np.outer(Z[-1], Z[-1])                   # one run over the record
     same = ~st[1:]; Cv = Z[1:][same].T @ Z[:-1][same]; both = st & en; Dv = A - F.T @ F - L.T @ L + Z[both].T @ Z[both]  # cut at visits
     for rho in rhos:
-        yield rho, A - rho * (C + C.T) + rho**2 * D, .5 * np.log(1 - rho**2)
+        yield False, A - rho * (C + C.T) + rho**2 * D, .5 * np.log(1 - rho**2)
         G = A - rho * (Cv + Cv.T) + rho**2 * Dv; det = .5 * len(m) * np.log(1 - rho**2)
         if len(m) >= 4:
             cc = (1 - rho**2) + (m - 1) * (1 - rho) ** 2; s = (1 - rho**2) * F + (1 - rho) * (T - F - rho * (T - L))
             for r in RATIOS:
-                r = r / cc.mean(); yield rho, G - (s.T * (r / (1 + r * cc))) @ s, det - .5 * np.log1p(r * cc).sum() - np.log(len(RATIOS))
+                r = r / cc.mean(); yield True, G - (s.T * (r / (1 + r * cc))) @ s, det - .5 * np.log1p(r * cc).sum() - np.log(len(RATIOS))
 
 def posterior(u, y, visits=None, phi=(), rhos=RHOS, targets=None):
     n, top_u = len(u), u.max(); low = max(u[u > 0].min(), top_u / 3000); models = []
@@ -38,7 +39,7 @@ def posterior(u, y, visits=None, phi=(), rhos=RHOS, targets=None):
         Z = np.c_[splines(np.log1p(u / u0), xm), y]; v = visits
         if len(phi):
             Z, v = Z[len(phi):] - sum(f * Z[len(phi) - 1 - j:n - 1 - j] for j, f in enumerate(phi)), visits[len(phi):]
-        for rho, G, det in grams(Z, v, rhos):
+        for own, G, det in grams(Z, v, rhos):
             A, b, yy = G[:K, :K], G[:K, K], G[K, K]; mu = 1e-3 * np.trace(A) / np.trace(P)
             M = A + mu * P + 1e-11 * np.trace(A) / K * np.eye(K); Li = np.linalg.inv(np.linalg.cholesky(M))
             e, Q = np.linalg.eigh(Li @ A @ Li.T); e = np.clip(e, 0, 1); e[1 - e < 1e-7] = 1; V = Li.T @ Q; p = 1 - e; free = np.sum(e == 1)
@@ -46,7 +47,7 @@ def posterior(u, y, visits=None, phi=(), rhos=RHOS, targets=None):
             lo, hi = (np.interp(-d, -ex, np.log10(ng)) for d in (min(10., .5 * ex[0] + 3, .9 * ex[0]), .02))
             nu = 10.0 ** np.linspace(lo, max(hi, lo + 1), NL); a = 1 / (e + nu[:, None] * p); bt = V.T @ b
             ld = .5 * np.log(np.where((e < 1) & (e > 1e-12), np.maximum(nu[:, None] * p * a, 1e-300), 1)).sum(1)
-            models.append(dict(u0=u0, xm=xm, ug=ug, c=inv.T @ (M @ V), V=V, e=e, p=p, a=a, nu=nu, bt=bt, base=ld + det + np.log(np.log(nu[-1] / nu[0])), dof=max(len(Z) - free - 1, 1), yy=yy, mu=mu))
+            models.append(dict(own=own, u0=u0, xm=xm, ug=ug, c=inv.T @ (M @ V), V=V, e=e, p=p, a=a, nu=nu, bt=bt, base=ld + det + np.log(np.log(nu[-1] / nu[0])), dof=max(len(Z) - free - 1, 1), yy=yy, mu=mu))
     span = np.ptp(y) ** 2
     def weigh(q, shape, vs, lw):
         g = SHAPES[shape](q['ug'] / vs[:, None]) @ q['c']; e, p, a, nu = q['e'], q['p'], q['a'], q['nu']
@@ -58,7 +59,7 @@ def posterior(u, y, visits=None, phi=(), rhos=RHOS, targets=None):
     for it in range(4):
         best = {s: np.full(len(x), -np.inf) for s, x in grid.items()}; tops = []
         for q in models:
-            lls = {s: weigh(q, s, np.exp(x), np.log(x[1] - x[0]))[0] for s, x in grid.items()}
+            lls = {s: weigh(q, s, np.exp(x), np.log(x[1] - x[0]) + LOG_SHARE[s])[0] for s, x in grid.items()}
             tops.append(max(l.max() for l in lls.values()))
             for s in grid: best[s] = np.maximum(best[s], lls[s].max(1))
         top = max(tops); models = [q for q, t in zip(models, tops) if t > top - 14]; new, done = {}, True
@@ -73,16 +74,16 @@ def posterior(u, y, visits=None, phi=(), rhos=RHOS, targets=None):
     for q in models:
         w = splines(np.log1p(kn / q['u0']), q['xm']) @ q['V']; cov = [(w * a) @ w.T for a in q['a']]
         for s, x in grid.items():
-            ll, s2, qg, gb, f = weigh(q, s, np.exp(x), np.log(x[1] - x[0]))
+            ll, s2, qg, gb, f = weigh(q, s, np.exp(x), np.log(x[1] - x[0]) + LOG_SHARE[s])
             for i, l in zip(*np.nonzero(ll > top - KEEP)):
-                k = w @ (q['a'][l] * qg[i]); out.append((ll[i, l], w @ (q['a'][l] * q['bt']) + f[i, l] * gb[i, l] * k, s2[i, l] * (cov[l] + f[i, l] * np.outer(k, k)), s2[i, l]))
+                k = w @ (q['a'][l] * qg[i]); out.append((ll[i, l], w @ (q['a'][l] * q['bt']) + f[i, l] * gb[i, l] * k, s2[i, l] * (cov[l] + f[i, l] * np.outer(k, k)), s2[i, l], q['own']))
     ll = np.array([o[0] for o in out]); wt = np.exp(ll - ll.max()); wt /= wt.sum(); m = np.array([o[1] for o in out]); mean = wt @ m
     S = sum(w * o[2] for w, o in zip(wt, out)) + ((m - mean).T * wt) @ (m - mean) + FLOOR**2 * span * np.eye(KNOTS)
-    return kn, mean, S, float(wt @ [o[3] for o in out]) ** .5
+    return kn, mean, S, float(wt @ [o[3] for o in out]) ** .5, float(wt @ [o[4] for o in out])
 
-def autoregression(e, visits):
-    """coefficients of AR(p), p by BIC, from residuals less the mean of their visit"""
-    e = e - (np.bincount(visits, e) / np.bincount(visits))[visits] if visits.max() >= 3 else e
+def autoregression(e, visits, own):
+    """coefficients of AR(p), p by BIC, from residuals, less the mean of their visit if it has an error of its own"""
+    e = e - (np.bincount(visits, e) / np.bincount(visits))[visits] if own else e
     n = len(e); pmax = int(min(20, np.median(np.bincount(visits)) / 4, n / 20))
     c = np.array([np.sum((e[k:] * e[:n - k])[visits[k:] == visits[:n - k]]) / n for k in range(max(pmax, 0) + 1)])
     v, phi = c[0], np.zeros(0); best = (n * np.log(v), phi)
@@ -93,11 +94,11 @@ def autoregression(e, visits):
 
 def reduce(u, y, visits=None):
     if visits is not None and (visits.max() < 3 or visits.max() + 1 > .4 * len(u)): visits = visits * 0
-    kn, mean, S, sd = posterior(u, y, visits)
+    kn, mean, S, sd, own = posterior(u, y, visits)
     if visits is None: return kn, mean, S, sd
     from scipy.interpolate import CubicSpline
-    phi = autoregression(y - CubicSpline(np.log1p(kn / kn[1]), mean)(np.log1p(u / kn[1])), visits)
-    return posterior(u, y, visits, phi, RHOS_AFTER) if len(phi) > 1 else (kn, mean, S, sd)
+    phi = autoregression(y - CubicSpline(np.log1p(kn / kn[1]), mean)(np.log1p(u / kn[1])), visits, own > .5)
+    return posterior(u, y, visits, phi, RHOS_AFTER)[:4] if len(phi) > 1 else (kn, mean, S, sd)
 
 
 def noise(count, remembers):
@@ -118,6 +119,8 @@ def cases():
     yield "table", u, law(u) + .1 * noise(40, []), None
     u = np.repeat(.005 * 64 ** (np.arange(9) / 8), 12); visits = np.repeat(np.arange(9), 12)
     yield "staircase", u, law(u) + .05 * noise(108, [.6]), visits
+    u = np.repeat(.005 * 64 ** (np.arange(40) / 39), 8); visits = np.repeat(np.arange(40), 8)
+    yield "memory", u, law(u) + .05 * noise(320, [.9]), visits
     z = np.arange(400) / 200; u = .001 + .4 * np.minimum(z, 2 - z)
     yield "ramps", u, law(u) + .05 * noise(400, [.5, .35]), (np.arange(400) > 200).astype(int)
     u = .4 * (np.arange(25) + 1) / 25

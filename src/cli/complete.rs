@@ -38,6 +38,18 @@ pub(super) struct Computed {
     earlier: (f64, usize),
 }
 
+/// The certificate of every column of a map.
+fn of_columns(job: &Job, threads: Option<usize>) -> Result<Certificate, Failure> {
+    let Some((law, columns)) = slipmap_map::columns(&job.plan.grid) else {
+        let problem = "the friction law in dimensionless form differs from column to column".to_owned();
+        return Err(Failure::bad_input(problem, "leave validated.proof out"));
+    };
+    let certificate = || Certificate::of_columns(&law, &columns, WRITTEN_BY);
+    slipmap_map::pool(threads)
+        .map(|pool| pool.install(certificate))
+        .map_err(|error| Failure::Broken(format!("cannot start threads: {error}")))
+}
+
 /// Computes the missing tiles by `tiles`, and all that a map holds beside its cells. `stopped` makes the failure
 /// of a computation that ended early.
 pub(super) fn compute(
@@ -51,7 +63,14 @@ pub(super) fn compute(
     let start = Instant::now();
     let planes = OnceLock::new();
     let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
-    let control = Control { threads: asked.threads, on_plane: &on_plane, stop, ..Control::default() };
+    let proofs = OnceLock::new();
+    let all = job.plan.proof_boxes as u64;
+    let on_boxes = |tried: usize| {
+        let bar = proofs.get_or_init(|| progress::bar(asked.quiet, Some(all), "boxes of parameters"));
+        bar.set_position(tried as u64);
+    };
+    let threads = asked.threads;
+    let control = Control { threads, on_plane: &on_plane, on_boxes: &on_boxes, stop, ..Control::default() };
     let earlier = Earlier { account: found.account.clone(), seconds: found.seconds };
     let computed = slipmap_map::run_with(&job.plan, &control, earlier, || {
         // Of all processes that had tiles.
@@ -60,12 +79,16 @@ pub(super) fn compute(
         planes.get_or_init(|| progress::bar(asked.quiet || count == 0, Some(count), "planes of curves"));
         computed
     });
-    if let Some(bar) = planes.get() {
+    for bar in planes.get().into_iter().chain(proofs.get()) {
         bar.finish_and_clear();
     }
     let summary = computed.map_err(|error| stopped(&error))?;
-    if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&Certificate::of_box(&proved.proof, WRITTEN_BY), path, asked.replaces_proof)?;
+    if let Some(path) = &job.proof {
+        let certificate = match &summary.proved {
+            Some(proved) => Certificate::of_box(&proved.proof, WRITTEN_BY),
+            None => of_columns(job, asked.threads)?,
+        };
+        proof::write(&certificate, path, asked.replaces_proof)?;
     }
     let mut outcome = Outcome::of(&job.plan, &summary);
     let mut probability_seconds = 0.0;

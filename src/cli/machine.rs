@@ -154,9 +154,9 @@ impl Machine {
 /// Prints the pages as text; questions that several answer once, with the answers beside each other.
 fn write(out: &mut dyn Write, machines: &[Machine], pages: &[MachinePage]) -> io::Result<()> {
     for (machine, page) in machines.iter().zip(pages) {
-        writeln!(out, "{}\n{}", machine.title, page.answer.plain())?;
-        for warning in &page.warnings {
-            writeln!(out, "{}", warning.plain())?;
+        writeln!(out, "{}", machine.title)?;
+        for line in page.answers.iter().chain(&page.warnings) {
+            writeln!(out, "{}", line.plain())?;
         }
     }
     let mut headings: Vec<&str> = Vec::new();

@@ -16,6 +16,7 @@ mod fit;
 mod init;
 mod interrupt;
 mod machine;
+mod marks;
 mod merge;
 mod notes;
 mod output;

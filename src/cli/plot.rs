@@ -1,6 +1,6 @@
 //! `slipmap plot`: variables of a stored map, over a plane or over one axis.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -8,12 +8,9 @@ use super::output::{exact, short};
 use super::replace::Files;
 use super::report::{existing, failure, open};
 use super::width::{ONE, width};
-use super::{Ended, Failure, say};
-use slipmap_config::{head_of, number_in};
+use super::{Ended, Failure, marks, say};
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
-use slipmap_machine::Machine;
-use slipmap_report::figure::Marks;
 use slipmap_report::figure::plot::At;
 use slipmap_report::figure::{self, DiagramPlot, Plot, Width, diagram};
 use slipmap_report::{ReportError, View};
@@ -58,14 +55,18 @@ pub(super) struct Arguments {
     panels: Option<At>,
     /// Also draw where the behaviour changes, by continuation: Hopf bifurcations, grazing, landings past the
     /// stick segment, crossings that never end, and folds of slip cycles. Their points go to FILE.csv: curve,
-    /// branch, both axes, and the distance from the curve in sides of the figure. Curves that the map stores
-    /// are drawn without being asked for
+    /// branch, both axes, and the distance from the curve in sides of the figure. Curves that the map stores, and those
+    /// of the regimes of a machine, are drawn without being asked for
     #[arg(long, requires = "y")]
     curves: bool,
+    /// Draw the regimes of a machine as cells, without the curves between them
+    #[arg(long, conflicts_with = "curves")]
+    no_curves: bool,
     /// Mark points of a table, such as published or measured ones: below one line of headers, which may name the axes and
-    /// their units, the values across and upwards, in the units of the figure. The legend has the name of the file
+    /// their units, the values across and upwards, in the units of the figure, and perhaps a word for what was observed.
+    /// May be repeated. The legend has the name of the file, and the words
     #[arg(long, value_name = "FILE.csv", requires = "y")]
-    mark: Option<PathBuf>,
+    mark: Vec<PathBuf>,
     /// Draw the bifurcation diagram over the axis across: the amplitude of the equilibrium and of every
     /// cycle, attracting ones solid, repelling ones dashed
     #[arg(long, conflicts_with_all = ["y", "variable", "panels", "curves"])]
@@ -103,84 +104,6 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
     ends.ok_or_else(|| "write two numbers, for example 0.1,2".into())
 }
 
-/// Reads a table of two columns, the values of the `axes` across and upwards; its name is that of the file. Headers that
-/// name the axes and units tell which column is which, and what its unit is.
-fn read_marks(path: &Path, view: &View, axes: [&str; 2]) -> Result<Marks, Failure> {
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().replace('_', " ");
-    let wrong = |problem: String| {
-        let remedy = "write a line of headers, and below it lines of two numbers with a comma between them";
-        Failure::bad_input(format!("--mark {}: {problem}", path.display()), remedy)
-    };
-    if !path.is_file() {
-        let problem = format!("--mark {}: there is no such file", path.display());
-        return Err(Failure::bad_input(problem, "check the path"));
-    }
-    let mut reader = csv::ReaderBuilder::new();
-    let mut reader = reader
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(|error| wrong(error.to_string()))?;
-    let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
-    let columns = columns_of_marks(&header, view, axes).map_err(|(problem, remedy)| {
-        Failure::bad_input(format!("--mark {}:1: {problem}", path.display()), remedy)
-    })?;
-    let mut points = Vec::new();
-    for row in reader.into_records() {
-        let row = row.map_err(|error| wrong(error.to_string()))?;
-        let numbers: Vec<f64> =
-            row.iter().filter_map(|text| text.parse().ok()).filter(|it: &f64| it.is_finite()).collect();
-        match (<[f64; 2]>::try_from(&numbers[..]), row.len()) {
-            (Ok(point), 2) => points.push(columns.map(|(column, factor)| factor * point[column])),
-            _ => {
-                let row = row.iter().collect::<Vec<_>>().join(",");
-                return Err(wrong(format!("a line is not two numbers: {row}")));
-            }
-        }
-    }
-    if points.is_empty() {
-        return Err(wrong("there are no numbers below its first line".into()));
-    }
-    Ok((name, points))
-}
-
-/// The column of each axis, and the factor from its unit to that of the figure.
-fn columns_of_marks(
-    header: &csv::StringRecord,
-    view: &View,
-    axes: [&str; 2],
-) -> Result<[(usize, f64); 2], (String, String)> {
-    let heads: Vec<(&str, Option<&str>)> = header.iter().map(head_of).collect();
-    let place = |axis: &str| heads.iter().position(|(name, _)| *name == axis);
-    let all = view.map.grid().axes();
-    let quantities = view.map.grid().machine().map(Machine::quantities).unwrap_or_default();
-    let names = all.iter().map(|axis| axis.name.as_str()).chain(quantities.iter().map(|(name, _)| *name));
-    let mut others = names.filter(|name| !axes.contains(name));
-    if let Some(other) = others.find(|name| place(name).is_some()) {
-        let problem = format!("the column `{other}` is none of the axes of the figure");
-        return Err((problem, format!("write {}, then {}", axes[0], axes[1])));
-    }
-    let columns = match axes.map(place) {
-        [Some(across), Some(up)] => [across, up],
-        // A name that is no axis is that of the other column.
-        [Some(1), None] | [None, Some(0)] => [1, 0],
-        _ => [0, 1],
-    };
-    let mut found = columns.map(|column| (column, 1.0));
-    for ((column, factor), axis) in found.iter_mut().zip(axes) {
-        let known = all.iter().find(|known| known.name == axis);
-        let wanted = known.map(|axis| view.units.axis(axis).unit.to_string()).unwrap_or_default();
-        let Some(unit) = heads.get(*column).and_then(|(_, unit)| *unit) else { continue };
-        if unit == wanted {
-            continue;
-        }
-        let (number, _) = number_in(&format!("1 {unit}"), &wanted)
-            .map_err(|why| (format!("column {}: {why}", *column + 1), format!("write {axis} in {wanted}")))?;
-        *factor = number;
-    }
-    Ok(found)
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
     let view = View::new(&map);
@@ -195,18 +118,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         .writing("--curves", arguments.curves.then_some(&table))
         .writing("--data", arguments.data.as_deref())
         .check(arguments.overwrite)?;
-    let marks = match (&arguments.mark, &arguments.y) {
-        (Some(path), Some(y)) => Some(read_marks(path, &view, [&arguments.x, y])?),
-        _ => None,
-    };
+    let axes = [arguments.x.as_str(), arguments.y.as_deref().unwrap_or_default()];
+    let marks = arguments.mark.iter().map(|path| marks::read(path, &view, axes));
+    let marks = marks.collect::<Result<Vec<_>, Failure>>()?.concat();
+    let finds = view.finds_curves(arguments.variable.first().map(String::as_str));
     let plot = Plot {
         x: &arguments.x,
         y: arguments.y.as_deref(),
         at: &arguments.at,
         variables: &arguments.variable,
         panels: arguments.panels.as_ref(),
-        curves: arguments.curves,
-        marks: marks.as_ref(),
+        curves: arguments.curves || (finds && !arguments.no_curves),
+        marks: &marks,
         width: arguments.width,
     };
     let plotted = match arguments.diagram {

@@ -7,10 +7,10 @@ use serde_json::json;
 use super::Failure;
 use super::output::{self, Align, TextTable, bytes, count, duration, exact, number_of, object, short};
 use slipmap_column::bifurcation::Bifurcation;
-use slipmap_column::{Verdict, left_out};
+use slipmap_column::{Method, Verdict, left_out};
 use slipmap_config::{Job, load_machine};
 use slipmap_machine::probe::{command_line, fate_name};
-use slipmap_map::{Axis, LISTED, PlaneCurves, Summary};
+use slipmap_map::{Axis, Field, LISTED, PlaneCurves, Summary};
 use slipmap_report::proved::{Rounded, proved_percent};
 
 /// Share of the box left undecided above which the summary says what to raise.
@@ -86,12 +86,58 @@ impl RunReport<'_> {
 
 pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
     head(report, out)?;
-    methods(report, out)?;
-    decided(report, out)?;
+    // How methods did is in the report of a machine's map.
+    match answer(report) {
+        Some(answer) => writeln!(out, "{answer}")?,
+        None => {
+            methods(report, out)?;
+            decided(report, out)?;
+            audit(report, out)?;
+        }
+    }
     proved(report, out)?;
-    audit(report, out)?;
     unknown(report, out)?;
     contradictions(report, out)
+}
+
+/// What the cells of a machine's map say, and what to do next; `None` for other maps and without a simulation.
+fn answer(report: &RunReport) -> Option<String> {
+    let RunReport { job, summary, .. } = report;
+    let grid = &job.plan.grid;
+    grid.machine()?;
+    let at = job.plan.methods.iter().position(|method| *method == Method::Simulation)?;
+    let found = &summary.account.methods[at];
+    let cells = summary.account.cells;
+    let share = |verdict: Verdict| percent(found.cells_with(verdict), cells);
+    let known = [(Verdict::Present, "it may stick-slip in"), (Verdict::Absent, "and cannot in")];
+    let known: Vec<String> = known.map(|(verdict, words)| format!("{words} {} %", share(verdict))).to_vec();
+    let unknown =
+        found.cells_with(Verdict::Undecided) + found.cells_with(Verdict::Failed) - summary.account.blank;
+    let unknown = match unknown {
+        0 => String::new(),
+        cells_unknown => format!("; not known in {} %", percent(cells_unknown, cells)),
+    };
+    let several: Vec<&Axis> = grid.axes().iter().filter(|axis| axis.values.len() > 1).collect();
+    let map = job.output.display();
+    let picture = job.output.with_extension("svg");
+    let variable = if job.plan.fields.contains(&Field::Regime) { "regime" } else { "verdict_simulation" };
+    let draw = match several.as_slice() {
+        [] => String::new(),
+        [x] => {
+            format!("\n  slipmap plot {map} --x {} --variable {variable} --out {}", x.name, picture.display())
+        }
+        [.., x, y] => {
+            let (x, y) = (&x.name, &y.name);
+            format!(
+                "\n  slipmap plot {map} --x {x} --y {y} --variable {variable} --out {}",
+                picture.display()
+            )
+        }
+    };
+    Some(format!(
+        "{} of the cells{unknown}\n\nnext:{draw}\n  slipmap report {map}   (tables and figures; methods, their times and the audit)",
+        known.join(" ")
+    ))
 }
 
 /// The map, its size and the time it took.
@@ -397,6 +443,10 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
             "y": job.plan.grid.axes()[curves.plane.y].name,
             "curves": curves.curves.len(),
             "points": curves.points(),
+            "codimension_two": curves.curves.iter().filter(|curve| curve.bifurcation.along().is_some())
+                .flat_map(|curve| curve.points.iter().map(|point| json!({
+                    "kind": curve.bifurcation.name(), "x": point.x, "y": point.y, "error": point.error,
+                }))).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "curves_seconds": summary.curves_seconds,
         "proved": summary.proved.as_ref().map(|proved| json!({

@@ -3,6 +3,7 @@
 
 use crate::reference::{CriticalPoint, column_points, other_column_points};
 use crate::sample::returns;
+use slipmap::certify::curve;
 use slipmap::column::critical::critical_dampings;
 use slipmap::column::{Regime, Verdict, regime};
 use slipmap::filippov::Oscillator;
@@ -75,6 +76,11 @@ fn directly(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Verdict> {
 
 fn by_orbits(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Verdict> {
     cs.iter().map(|&c| Verdict::from(&flow(&Oscillator::in_column(column, c), tolerance).fate)).collect()
+}
+
+fn by_proof(column: &Column, cs: &[f64], _: f64) -> Vec<Verdict> {
+    let claim = curve::prove(column).claim();
+    cs.iter().map(|&c| claim.decide(c).into()).collect()
 }
 
 /// Compares verdicts at dampings on both sides of c*, from far to near, with the reference.
@@ -273,6 +279,20 @@ fn a_table_that_ends_early_has_its_boundary() {
         let (whole, short) = (whole.unwrap(), short.unwrap());
         assert!((whole.c - short.c).abs() <= whole.error + short.error, "{whole:?} {short:?}");
     }
+}
+
+#[test]
+fn proofs_hold_next_to_the_boundary() {
+    let few: Vec<CriticalPoint> = column_points().into_iter().step_by(40).collect();
+    verdicts(&few, by_proof, &STEPS, 0.0).is_right(6 * few.len());
+}
+
+#[test]
+#[ignore = "minutes"]
+fn proofs_hold_next_to_the_boundary_of_every_column() {
+    let found = verdicts(&column_points(), by_proof, &STEPS, 0.0);
+    println!("{} decided, {} withheld", found.answers, found.withheld);
+    found.is_right(8000);
 }
 
 /// Ten thousand columns, written by `scripts/evidence/columns.c` to the file that SLIPMAP_COLUMNS names. Prints

@@ -19,7 +19,7 @@ static VALID: LazyLock<Vec<Value>> = LazyLock::new(|| {
     let two = dropping.point(1.0, &[0.2], 1.0, 0.5).unwrap();
     let narrow = vec![[1.0; 2], [0.6, 0.64], [0.5; 2], [0.0; 2], [1.0, 1.04]];
     let mut proof = BoxProof::new(&Law::Exponential, narrow, [0.05, 0.3]);
-    proof.refine(3, &|| true);
+    proof.refine(3, &|_| true);
     let made = [
         Certificate::of_point(&Law::Stribeck, &one, "a program"),
         Certificate::of_point(&dropping, &two, "a program"),

@@ -31,6 +31,7 @@ mod law_survey;
 mod laws;
 mod limits;
 mod machines;
+mod points;
 mod reference;
 mod reference_data;
 mod regimes;

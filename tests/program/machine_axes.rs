@@ -200,16 +200,11 @@ fn inputs_are_in_the_units_that_people_have() {
         ("damping_ratio", "damping = 1.0\ndamping_ratio", "damping_ratio stands in place of damping"),
         ("area = \"5 cm2\"", "", "area"),
         (
-            "motion = \"rotation\"\ninertia = \"4000 kg cm^2\"",
-            "mass = 1.0",
-            "only the friction of what rotates",
-        ),
-        (
             "pressure = \"20 bar\"\narea = \"5 cm2\"\nradius = \"100 mm\"",
             "normal_force = \"50 kN\"",
             "with radius = .. it is a force",
         ),
-        ("\"40 %\"", "\"40 N\"", "N is no unit of static friction"),
+        ("\"40 %\"", "\"40 N\"", "friction that is a force already"),
     ] {
         assert!(people.contains(from), "{from}");
         scratch.file("wrong.toml", people.replacen(from, to, 1));

@@ -191,6 +191,31 @@ fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
     }
 }
 
+/// Of measured data, and without boxes, every column of the map is proved.
+#[test]
+fn columns_of_a_map_are_proved_and_their_certificates_checked() {
+    let scratch = Scratch::new();
+    scratch.file("friction.csv", "0,0.4\n0.02,0.37\n0.05,0.34\n0.1,0.31\n0.2,0.285\n0.4,0.27\n0.8,0.262\n");
+    let machine = "[friction]\nlaw = \"table\"\nfile = \"friction.csv\"\n[machine]\nmass = 2.0\nstiffness = 505000.0\n\
+                   normal_force = 1000.0\nbelt_speed = [0.1, 0.2]\ndamping = [0.0, 300.0, 600.0]\n";
+    for (job, sets) in [(machine.to_owned(), &[][..]), (FORMULA.to_owned(), &["--set", "validated.boxes=0"])]
+    {
+        scratch.file("job.toml", format!("{job}{PROVED}"));
+        run(&scratch, &[&["job.toml", "--overwrite"], sets].concat()).ends_with(0);
+        let checked = scratch.json("check --proof proof.json");
+        let parts = checked["parts"].as_array().unwrap();
+        assert!(parts.len() >= 2 && checked["sound"] == true, "{checked}");
+        let decided =
+            |part: &Value| part["undecided"].as_f64().unwrap() < 1e-5 && part["critical_c"][0].is_f64();
+        assert!(parts.iter().all(decided), "{checked}");
+        let mut forged: Value = serde_json::from_str(&scratch.read("proof.json")).unwrap();
+        forged["parts"][1]["c"][1] = 1e9.into();
+        scratch.file("forged.json", forged.to_string());
+        let forged = scratch.run("check --proof forged.json").ends_with(1);
+        forged.out.says(&["part 2: the share present is proved to be at least"]);
+    }
+}
+
 /// Friction that is 1 at rest in double precision only, or formulas with bounds without end.
 const CANCEL: [&str; 4] = [
     "0.5+0.5*exp(-u)-0.9*((1e16+1)-1e16)",

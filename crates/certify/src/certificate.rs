@@ -206,15 +206,22 @@ impl Certificate {
         }
     }
 
+    /// Certifies what curves prove of points, each at a range of dampings.
+    #[must_use]
+    pub fn of_columns(law: &Law, columns: &[(Point, [f64; 2])], written_by: &str) -> Self {
+        let part = |(point, c): &(Point, [f64; 2])| {
+            let curves = curve::prove(&law.column(point)).curves;
+            let Shares { present, absent } = Shares::of(&curves, *c);
+            Part { domain: ranges(law, point), c: *c, present, absent, proof: Node::proved(&curves) }
+        };
+        let parts: Vec<Part> = columns.par_iter().map(part).collect();
+        Self::about(law, parts.into_iter(), written_by)
+    }
+
     /// Certifies what curves prove of a point.
     #[must_use]
     pub fn of_point(law: &Law, point: &Point, written_by: &str) -> Self {
-        let curves = curve::prove(&law.column(point)).curves;
-        let domain = ranges(law, point);
-        let c = [point.damping; 2];
-        let Shares { present, absent } = Shares::of(&curves, c);
-        let part = Part { domain, c, present, absent, proof: Node::proved(&curves) };
-        Self::about(law, std::iter::once(part), written_by)
+        Self::of_columns(law, &[(*point, [point.damping; 2])], written_by)
     }
 
     /// Certifies what is proved of a box.

@@ -1,5 +1,5 @@
 //! The bifurcations of codimension one, each as a test function that changes its sign there, and their curves
-//! in any plane of two parameters.
+//! in any plane of two parameters; and [those of codimension two](super::points) on these curves.
 //!
 //! | bifurcation | test function | what happens |
 //! | --- | --- | --- |
@@ -16,19 +16,25 @@ use super::backbone::Backbone;
 use super::continuation::{BATCH, TestValue};
 use super::critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 use super::crossing::{beyond_landing, reach_within};
+use super::points::slope;
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::flow::Failure;
 use slipmap_model::friction::Column;
+use slipmap_numbers::jet::Jet;
 use slipmap_numbers::named;
 use slipmap_orbits::{Piece, Work};
 
 /// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
 const COARSER: f64 = 100.0;
+/// Work counted for a closed orbit with its slope.
+const COUNTED: u64 = 2_000;
+/// Number of roundings that count in the error of a third derivative.
+const ROUNDINGS: f64 = 64.0;
 /// Error of a compiled law, in units of the weakening rate at the belt speed, up to which orbits follow it.
 const ACCURATE: f64 = 1e-9;
 
 named! {
-    /// A bifurcation of codimension one, with its name in tables.
+    /// A bifurcation of codimension one or two, with its name in tables.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Bifurcation {
         /// The trace of the linearisation at the equilibrium vanishes.
@@ -41,6 +47,31 @@ named! {
         Crossing => "crossing",
         /// Two slip cycles meet and vanish.
         Fold => "fold",
+        /// On a Hopf curve: the slip cycle that is born there changes its stability.
+        Bautin => "bautin",
+        /// Hopf curve and grazing curve cross.
+        HopfAtGrazing => "hopf_at_grazing",
+        /// On a grazing curve: a fold curve ends there.
+        FoldAtGrazing => "fold_at_grazing",
+        /// Two fold curves meet.
+        Cusp => "cusp",
+    }
+}
+
+impl Bifurcation {
+    /// Those of codimension one.
+    pub const CURVES: [Self; 5] =
+        [Self::Hopf, Self::GrazingSliding, Self::Landing, Self::Crossing, Self::Fold];
+
+    /// The curve on which it lies, of one of codimension two.
+    #[must_use]
+    pub fn along(self) -> Option<Self> {
+        match self {
+            Self::Bautin | Self::HopfAtGrazing => Some(Self::Hopf),
+            Self::FoldAtGrazing => Some(Self::GrazingSliding),
+            Self::Cusp => Some(Self::Fold),
+            Self::Hopf | Self::GrazingSliding | Self::Landing | Self::Crossing | Self::Fold => None,
+        }
     }
 }
 
@@ -78,8 +109,8 @@ impl CurveWork {
 }
 
 impl Bifurcation {
-    /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown. Its work is added
-    /// to `work`.
+    /// The test function, of codimension two the degeneracy, with an accuracy of about `tolerance`; `None` where it is
+    /// undefined or unknown, and of a cusp, which is [sought](super::points::cusp) otherwise. Its work is added to `work`.
     pub fn test(self, oscillator: &Oscillator, tolerance: f64, work: &CurveWork) -> Option<TestValue> {
         let own = Work::of(Piece::Test, &oscillator.curve);
         let value = self.test_within(oscillator, tolerance, &own);
@@ -114,6 +145,20 @@ impl Bifurcation {
             Bifurcation::Crossing => with_error(tolerance, |tolerance| {
                 Ok(reach_within(oscillator, 0.0, tolerance, work)? - 2.0 * fastest)
             }),
+            Bifurcation::Cusp => None,
+            Bifurcation::Bautin => bend(oscillator),
+            // C(V) is no curve then.
+            Bifurcation::HopfAtGrazing | Bifurcation::FoldAtGrazing if oscillator.drop() > 0.0 => None,
+            Bifurcation::HopfAtGrazing => {
+                let hopf = HopfRate::new(&oscillator.curve, oscillator.belt_speed);
+                let at_hopf = Oscillator { viscous: hopf.value(), ..oscillator.clone() };
+                margin(&at_hopf, tolerance, work)
+            }
+            Bifurcation::FoldAtGrazing => {
+                let column = column_of(oscillator);
+                work.spend(COUNTED).ok()?;
+                slope(&column, column.belt_speed, tolerance)
+            }
             // None can meet.
             Bifurcation::Fold if oscillator.curve.has_one_slip_cycle_at_most(oscillator.belt_speed) => None,
             // For planes without the damping; in planes with it the extremes are followed (`graphs`).
@@ -155,10 +200,22 @@ fn work_of(Column { curve, belt_speed, .. }: &Column, found: &CriticalDamping) -
     found.rhs * if is_accurate { 1 } else { curve.cost() }
 }
 
+/// The column of an oscillator, with eps c as its damping.
+fn column_of(Oscillator { curve, belt_speed, .. }: &Oscillator) -> Column {
+    Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 }
+}
+
+/// w''(V) V^2, with its rounding; `None` of a law without a formula.
+fn bend(Oscillator { curve, belt_speed, .. }: &Oscillator) -> Option<TestValue> {
+    let phi = curve.formula(Jet::<f64, 4>::variable(*belt_speed, 1.0))?.0;
+    let of = |order: usize, factor: f64| factor * phi[order] * belt_speed.powi(2);
+    let size = phi.iter().enumerate().map(|(order, term)| (term * belt_speed.powi(order as i32 - 1)).abs());
+    Some(TestValue { value: -of(3, 6.0), error: ROUNDINGS * f64::EPSILON * size.sum::<f64>() })
+}
+
 /// The distance from the critical damping, which has the zero and the sign of the grazing margin, and about its size.
 fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestValue> {
-    let Oscillator { curve, viscous, belt_speed } = oscillator;
-    let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
+    let (column, viscous) = (column_of(oscillator), oscillator.viscous);
     let found = critical_damping(&column, tolerance);
     // A search that failed may have taken all of its budget.
     work.spend_compiled(found.map_or(Piece::Critical.quota(), |found| work_of(&column, &found))).ok()?;

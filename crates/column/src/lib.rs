@@ -15,6 +15,7 @@ pub mod graphs;
 pub mod limits;
 mod method;
 mod neighbours;
+pub mod points;
 pub mod sensitivity;
 pub mod slip_cycle;
 mod verdict;

@@ -152,10 +152,10 @@ impl Job {
         let proof_boxes = if proves { proof_boxes } else { 0 };
         let proof = match section.get("proof") {
             None => None,
-            Some(node) if proof_boxes == 0 => {
+            Some(node) if !proves => {
                 return Err(node.error(
                     "this run proves nothing that could be stored",
-                    "run the method validated with at least one of validated.boxes, or leave the proof out",
+                    "run the method validated, or leave the proof out",
                 ));
             }
             Some(node) => Some(output_path(&node)?),
@@ -183,6 +183,12 @@ impl Job {
             .build()
             // The checks above have reported all errors with their places.
             .map_err(|error| root.missing("grid", error.to_string()))?;
+        if let Some(node) = section.get("proof").filter(|_| plan.proof_boxes == 0)
+            && plan.grid.column_count() > MOST_PROVED_COLUMNS
+        {
+            let problem = format!("a proof has at most {MOST_PROVED_COLUMNS} columns");
+            return Err(node.error(&problem, "prove boxes of parameters, or fewer columns"));
+        }
         Ok(Job {
             plan,
             title,
@@ -197,6 +203,9 @@ impl Job {
         })
     }
 }
+
+/// Largest number of columns whose curves are stored: ten thousand have a hundred megabytes.
+const MOST_PROVED_COLUMNS: usize = 10_000;
 
 /// The sections of a configuration.
 const SECTIONS: [&str; 11] = [

@@ -17,8 +17,10 @@ impl PlaneRequest {
         const NODES: usize = 9;
         const ROOM: f64 = 1e-4;
         let Slice { grid, x, y, .. } = self.slice(|side| side.between(NODES, ROOM))?;
+        // A point of codimension two comes with its curve.
+        let is_fold = |kind: Bifurcation| kind.along().unwrap_or(kind) == Bifurcation::Fold;
         let kinds: Vec<Bifurcation> =
-            Bifurcation::ALL.into_iter().filter(|kind| (*kind == Bifurcation::Fold) == self.folds).collect();
+            Bifurcation::ALL.into_iter().filter(|kind| is_fold(*kind) == self.folds).collect();
         let plane = Plane::new(x, y, vec![0; grid.axes().len()]);
         let found = PlaneCurves::of_kinds(&kinds, &grid, plane, stop);
         match stop.load(Ordering::Relaxed) {
@@ -39,6 +41,7 @@ fn curves_json(curves: &[PlaneCurve]) -> serde_json::Value {
             "color": stroke.color,
             "width": stroke.width,
             "dash": stroke.dash,
+            "mark": curve.bifurcation.along().is_some(),
             "points": points,
             "errors": curve.points.iter().map(|point| point.error).collect::<Vec<f64>>(),
         })

@@ -57,7 +57,7 @@ pub struct Fit {
     /// Root mean square of the residuals in slip, in units of the friction.
     pub residual: f64,
     /// The sum of the squares of the residuals in units of the standard errors, divided by the degrees of freedom;
-    /// `None` for readings without standard errors.
+    /// `None` for readings without standard errors, and on a curve.
     pub reduced: Option<f64>,
     /// Readings less friction, in the order of the readings in slip.
     pub residuals: Vec<f64>,
@@ -95,6 +95,9 @@ const WAVES: usize = 6;
 const EXACT: f64 = 1e-7;
 /// Residuals of exact readings, in units of the rounding of the largest one.
 const ROUNDING: f64 = 16.0;
+/// Readings from which that friction does not fall is a law beside those that do, in units of those for one of these: of fewer
+/// Akaike's correction for small samples is larger than what they say.
+const FEWEST_THAT_TELL: usize = 2;
 /// Least number of readings at rest whose own scatter is their error.
 const FEWEST_AT_REST: usize = 3;
 
@@ -117,10 +120,17 @@ pub fn fits(
     if speeds.len() < 3 {
         return Err(NoFit::TooFew(fewest));
     }
-    // Fewer than tell whether it falls are no sign that it does not.
-    let tell = in_slip.len() >= fewest;
-    let forms = Form::all().filter(|form| (form.falls() || tell) && (!form.drop || !at_rest.is_empty()));
-    let mut fits: Vec<Fit> = forms.filter_map(|form| fit(form, in_slip, at_rest, root)).collect();
+    let fitted = |falls: bool| {
+        let forms =
+            Form::all().filter(move |form| form.falls() == falls && (!form.drop || !at_rest.is_empty()));
+        forms.filter_map(|form| fit(form, in_slip, at_rest, root))
+    };
+    let mut fits: Vec<Fit> = fitted(true).collect();
+    // Few readings are no sign that friction does not fall, unless no law that falls is one of them.
+    let tell = if fits.is_empty() { fewest } else { FEWEST_THAT_TELL * fewest };
+    if in_slip.len() >= tell {
+        fits.extend(fitted(false));
+    }
     fits.sort_by(|one, other| one.aicc.total_cmp(&other.aicc));
     if fits.is_empty() {
         let is_negative = in_slip.iter().all(|reading| reading.friction < 0.0);
@@ -240,7 +250,8 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading], root: Option<&D
         at_rest,
         aicc,
         residual,
-        reduced: known.then_some(reduced),
+        // Neighbours on a curve are hardly more than its few degrees of freedom.
+        reduced: (known && root.is_none()).then_some(reduced),
         lack,
         residuals,
     })

@@ -6,7 +6,7 @@
 //! f(u) = a + b u + c g(u / v) + deviation(u)
 //! ```
 //!
-//! with g one of [`SHAPES`], v on a grid of logarithms, and a deviation of cubic B-splines in ln(1 + u / u0), u0 on a grid,
+//! with g one of the functions of [`fall`], v on a grid of logarithms, and a deviation of cubic B-splines in ln(1 + u / u0), u0 on a grid,
 //! whose first and second differences are penalised, by eight weights each. Nothing is optimised: the curve is the mean
 //! over all of these by marginal likelihood, and its covariance that of the mixture. The rows of a table are independent,
 //! and a set; those of a record follow one another with an error that remembers, and one that is common to a visit of a
@@ -34,6 +34,10 @@ const KEPT: [f64; 3] = [11.0, 12.0, 14.0];
 const KNOTS: usize = 24;
 /// What splines and slip speeds leave, of the range of the readings.
 const FLOOR: f64 = 3e-4;
+/// What the rows tell of a direction, of what they and the penalty do, up to which it is rounding.
+const ROUNDED: f64 = 1e-8;
+/// Least difference of slip speeds at which the rows are told, of the larger one.
+const CLOSEST: f64 = 1e-3;
 /// Largest slip speed over u0.
 const STRETCHES: [f64; 4] = [1000.0, 100.0, 30.0, 10.0];
 /// Correlations of neighbouring rows of a record, and those after a filter of several rows.
@@ -43,17 +47,21 @@ const RHOS_AFTER: [f64; 6] = [-0.3, -0.15, 0.0, 0.15, 0.3, 0.5];
 const FEWEST_VISITS: usize = 4;
 const VISITS_PER_ROW: f64 = 0.4;
 
-/// The falls g.
-const SHAPES: [fn(f64) -> f64; 8] = [
-    |z| (-z.sqrt()).exp(),
-    |z| (-z.powf(0.7)).exp(),
-    |z| (-z).exp(),
-    |z| (-z.powf(1.4)).exp(),
-    |z| (-z * z).exp(),
-    |z| 1.0 / (1.0 + z),
-    |z| 1.0 / (1.0 + z * z),
-    |z| (1.0 + z).powi(-2),
-];
+/// Number of falls g: three rational ones, and exp(-z^k) with k from 0.5 to 2, eight of them to a factor of 2.
+const SHAPES: usize = 20;
+const RATIONAL: usize = 3;
+/// Weight of one exponent, in units of that of a rational fall.
+const OF_EXPONENT: f64 = 0.25;
+
+/// The fall g of this number.
+fn fall(shape: usize, z: f64) -> f64 {
+    match shape {
+        0 => 1.0 / (1.0 + z),
+        1 => 1.0 / (1.0 + z * z),
+        2 => (1.0 + z).powi(-2),
+        power => (-z.powf(0.5 * (0.125 * (power - RATIONAL) as f64).exp2())).exp(),
+    }
+}
 
 type Square = SMatrix<f64, K, K>;
 type Vector = SVector<f64, K>;
@@ -74,6 +82,8 @@ pub struct Rows<'a> {
     pub aside: Option<&'a [f64]>,
     /// The last slip speed of the curve.
     pub last: f64,
+    /// Slip speeds up to the last one at which the rows are told without a law, beside those of the curve.
+    pub told_at: &'a [f64],
 }
 
 /// The curve of the friction.
@@ -85,13 +95,15 @@ pub struct Reduced {
     pub friction: DVector<f64>,
     /// Its covariance.
     pub covariance: DMatrix<f64>,
-    /// The friction and its covariance without the law of a small family, and hardly smoothed: what the rows say, for a law
-    /// that is fitted to them.
-    pub by_rows: (DVector<f64>, DMatrix<f64>),
+    /// Slip speeds, the friction there and its covariance without the law of a small family, and hardly smoothed: what the rows
+    /// say, for a law that is fitted to them.
+    pub by_rows: (Vec<f64>, DVector<f64>, DMatrix<f64>),
     /// Standard deviation of a reading; in units of its error where that is known.
     pub scatter: f64,
     /// The multiple of what is put aside.
     pub aside: f64,
+    /// The probability that visits have an error of their own.
+    of_visits: f64,
 }
 
 /// Reduces readings at six slip speeds at least, all of which are finite.
@@ -103,7 +115,8 @@ pub fn reduce(rows: Rows) -> Reduced {
     let visits = if are_many { &one } else { given };
     let rows = Rows { visits: Some(visits), ..rows };
     let first = posterior(rows, &[], &RHOS);
-    let phi = autoregression(&first.residuals(rows), visits);
+    // Without their means errors that remember look as if they did less.
+    let phi = autoregression(&first.residuals(rows), visits, first.of_visits > 0.5);
     if phi.len() > 1 { posterior(rows, &phi, &RHOS_AFTER) } else { first }
 }
 
@@ -127,7 +140,10 @@ impl Reduced {
             0.5 * deviation * deviation * (slope(at + 1) - slope(at)) / width
         });
         self.covariance.ger(1.0, &bias, &bias, 1.0);
-        self.by_rows.1.ger(1.0, &bias, &bias, 1.0);
+        let bias: Vec<f64> = bias.iter().copied().collect();
+        let bias = self.by_rows.0.iter().map(|speed| between(*speed, &self.speeds, &bias));
+        let bias = DVector::from_vec(bias.collect());
+        self.by_rows.2.ger(1.0, &bias, &bias, 1.0);
     }
 
     /// The mean of two curves at the same slip speeds.
@@ -135,7 +151,11 @@ impl Reduced {
         Self {
             friction: (self.friction + other.friction) * 0.5,
             covariance: (self.covariance + other.covariance) * 0.25,
-            by_rows: ((self.by_rows.0 + other.by_rows.0) * 0.5, (self.by_rows.1 + other.by_rows.1) * 0.25),
+            by_rows: (
+                self.by_rows.0,
+                (self.by_rows.1 + other.by_rows.1) * 0.5,
+                (self.by_rows.2 + other.by_rows.2) * 0.25,
+            ),
             scatter: 0.5 * (self.scatter + other.scatter),
             ..self
         }
@@ -263,6 +283,16 @@ impl Basis {
         self.normal.solve(&sums)
     }
 
+    /// The splines at slip speeds, row by row.
+    fn values(&self, speeds: &[f64]) -> Values {
+        let mut values = Values::zeros(speeds.len());
+        for (row, speed) in speeds.iter().enumerate() {
+            let (first, splines) = self.at(*speed);
+            splines.iter().enumerate().for_each(|(i, value)| values[(row, first + i)] = *value);
+        }
+        values
+    }
+
     fn at(&self, speed: f64) -> (usize, [f64; 4]) {
         splines((speed / self.u0).ln_1p(), self.largest)
     }
@@ -285,6 +315,8 @@ impl Basis {
 /// One choice of u0 and of the noise: the deviation in coordinates in which both the rows and the penalty are diagonal.
 struct Model {
     basis: usize,
+    /// Whether visits have an error of their own.
+    of_visits: bool,
     /// To the coordinates, and back.
     into: Square,
     back: Square,
@@ -316,7 +348,11 @@ fn between(at: f64, x: &[f64], y: &[f64]) -> f64 {
 }
 
 impl Model {
-    fn new(basis: (usize, &Basis), gram: &Gram, log_determinant: f64, count: usize) -> Option<Self> {
+    fn new(
+        basis: (usize, &Basis),
+        (gram, log_determinant, of_visits): &(Gram, f64, bool),
+        count: usize,
+    ) -> Option<Self> {
         let (basis, Basis { penalty: of_basis, .. }) = basis;
         let rows: Square = gram.fixed_view::<K, K>(0, 0).into_owned();
         let with_friction: Vector = gram.fixed_view::<K, 1>(0, K).into_owned();
@@ -348,7 +384,7 @@ impl Model {
         let base = weights.iter().zip(&inverse).map(|(weight, inverse)| {
             let told = (0..K).filter(|i| known[*i] < 1.0 && known[*i] > 1e-12);
             let logs = told.map(|i| (weight * penalty[i] * inverse[i]).max(1e-300).ln());
-            0.5 * logs.sum::<f64>() + log_determinant + spread
+            0.5 * logs.sum::<f64>() + *log_determinant + spread
         });
         let (base, rest) = (
             base.collect(),
@@ -358,6 +394,7 @@ impl Model {
         let into = (whole * back).transpose();
         Some(Self {
             basis,
+            of_visits: *of_visits,
             into,
             back,
             known,
@@ -425,28 +462,30 @@ struct Grid {
 }
 
 impl Grid {
+    /// The weight of each of its speeds.
     fn width(&self) -> f64 {
-        self.logs[1] - self.logs[0]
+        let share = if self.shape < RATIONAL { 1.0 } else { OF_EXPONENT };
+        share * (self.logs[1] - self.logs[0])
     }
 
     /// The coefficients of g for all v, in each basis.
     fn falls(&self, bases: &[Basis]) -> Vec<Vec<Vector>> {
         let of = |basis: &Basis| {
-            let fall = |log: &f64| {
+            let of_speed = |log: &f64| {
                 let speed = log.exp();
-                basis.of(|u| SHAPES[self.shape](u / speed))
+                basis.of(|u| fall(self.shape, u / speed))
             };
-            self.logs.iter().map(fall).collect()
+            self.logs.iter().map(of_speed).collect()
         };
         bases.iter().map(of).collect()
     }
 }
 
 /// Sums of products for any multiple of what is put aside.
-fn without_aside(gram: Gram, log: f64) -> (Gram, f64) {
+fn without_aside((gram, log, of_visits): (Gram, f64, bool)) -> (Gram, f64, bool) {
     let aside = gram.column(K + 1).into_owned();
     let square = aside[K + 1];
-    (gram - aside * aside.transpose() / square, log - 0.5 * square.ln())
+    (gram - aside * aside.transpose() / square, log - 0.5 * square.ln(), of_visits)
 }
 
 fn posterior(rows: Rows, phi: &[f64], rhos: &[f64]) -> Reduced {
@@ -466,15 +505,13 @@ fn posterior(rows: Rows, phi: &[f64], rhos: &[f64]) -> Reduced {
         let (filtered, visits) = filtered(basis.rows(rows), rows.visits, phi);
         let all = grams(&filtered, visits, rhos);
         let freedom = filtered.len() - usize::from(rows.aside.is_some());
-        let all = all
-            .into_iter()
-            .map(|(gram, log)| if rows.aside.is_some() { without_aside(gram, log) } else { (gram, log) });
-        models.extend(all.filter_map(|(gram, log)| Model::new((i, basis), &gram, log, freedom)));
+        let all = all.into_iter().map(|all| if rows.aside.is_some() { without_aside(all) } else { all });
+        models.extend(all.filter_map(|of| Model::new((i, basis), &of, freedom)));
     }
     let range = [(0.5 * slowest).max(fastest / 1000.0).ln(), fastest.ln()];
-    let grids = (0..SHAPES.len()).map(|shape| Grid { shape, logs: even(range[0], range[1], SPEEDS) });
+    let grids = (0..SHAPES).map(|shape| Grid { shape, logs: even(range[0], range[1], SPEEDS) });
     let grids = refined(&bases, &mut models, grids.collect(), &context);
-    let mut found = mixture(&bases, &models, &grids, &context, rows.last);
+    let mut found = mixture(&bases, &models, &grids, &context, rows);
     if let Some(aside) = rows.aside {
         let weights = |i: usize| aside[i] / rows.errors.map_or(1.0, |errors| errors[i]).powi(2);
         let sums =
@@ -532,10 +569,10 @@ fn refined(bases: &[Basis], models: &mut Vec<Model>, mut grids: Vec<Grid>, conte
 }
 
 /// The mean of all models, falls and penalties, and its covariance.
-fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context, last: f64) -> Reduced {
-    let scale = last / 30.0;
+fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context, rows: Rows) -> Reduced {
+    let scale = rows.last / 30.0;
     let speeds: Vec<f64> =
-        even(0.0, (last / scale).ln_1p(), KNOTS).iter().map(|x| scale * x.exp_m1()).collect();
+        even(0.0, (rows.last / scale).ln_1p(), KNOTS).iter().map(|x| scale * x.exp_m1()).collect();
     let mut all: Vec<(usize, usize, Vector, Weighed)> = Vec::new();
     for grid in grids {
         let falls = grid.falls(bases);
@@ -549,17 +586,8 @@ fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context,
     let top = all.iter().map(|(.., of)| of.likelihood).fold(f64::NEG_INFINITY, f64::max);
     all.retain(|(.., of)| of.likelihood > top - KEPT[0]);
     let total: f64 = all.iter().map(|(.., of)| (of.likelihood - top).exp()).sum();
-    let at_knots: Vec<Values> = models
-        .iter()
-        .map(|model| {
-            let mut values = Values::zeros(KNOTS);
-            for (row, speed) in speeds.iter().enumerate() {
-                let (first, splines) = bases[model.basis].at(*speed);
-                splines.iter().enumerate().for_each(|(i, value)| values[(row, first + i)] = *value);
-            }
-            values * model.back
-        })
-        .collect();
+    let at_knots: Vec<Values> =
+        models.iter().map(|model| bases[model.basis].values(&speeds) * model.back).collect();
     let mut covariance = DMatrix::zeros(KNOTS, KNOTS);
     let (mut means, mut variance) = (Vec::new(), 0.0);
     let mut of_rows = vec![[0.0; WEIGHTS]; models.len()];
@@ -581,30 +609,6 @@ fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context,
             covariance += scaled * values.transpose();
         }
     }
-    // For each model its weight, its estimate, and its covariance.
-    let by_rows = models.iter().enumerate().map(|(m, model)| {
-        let of_model = all.iter().filter(|(of, ..)| *of == m);
-        let [weight, variance] = of_model.fold([0.0; 2], |sums, (.., of)| {
-            let weight = (of.likelihood - top).exp() / total;
-            [sums[0] + weight, sums[1] + weight * of.variance]
-        });
-        let variance = variance / weight;
-        // The deviation may be as large as the range of the readings.
-        let penalty = variance / (model.unit * context.span);
-        let inverse = model.known.zip_map(&model.penalty, |e, p| 1.0 / (e + penalty * p));
-        let values = &at_knots[m];
-        let covariance = values * Square::from_diagonal(&(inverse * variance)) * values.transpose();
-        (weight, values * inverse.component_mul(&model.product), covariance)
-    });
-    let by_rows: Vec<_> = by_rows.filter(|(weight, ..)| *weight > 0.0).collect();
-    let mut of_rows_alone =
-        (DVector::zeros(KNOTS), DMatrix::identity(KNOTS, KNOTS) * (FLOOR * FLOOR * context.span));
-    by_rows.iter().for_each(|(weight, mean, _)| of_rows_alone.0.axpy(*weight, mean, 1.0));
-    for (weight, mean, covariance) in &by_rows {
-        let off = mean - &of_rows_alone.0;
-        of_rows_alone.1 += covariance * *weight;
-        of_rows_alone.1.ger(*weight, &off, &off, 1.0);
-    }
     let mut friction = DVector::zeros(KNOTS);
     means.iter().for_each(|(weight, mean)| friction.axpy(*weight, mean, 1.0));
     for (weight, mean) in &means {
@@ -612,7 +616,64 @@ fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context,
         covariance.ger(*weight, &off, &off, 1.0);
     }
     (0..KNOTS).for_each(|i| covariance[(i, i)] += FLOOR * FLOOR * context.span);
-    Reduced { speeds, friction, covariance, by_rows: of_rows_alone, scatter: variance.sqrt(), aside: 0.0 }
+    // For each model the sum of its weights, and the mean variance.
+    let shares = (0..models.len()).map(|m| {
+        let of_model = all.iter().filter(|(of, ..)| *of == m);
+        let [weight, variance] = of_model.fold([0.0; 2], |sums, (.., of)| {
+            let weight = (of.likelihood - top).exp() / total;
+            [sums[0] + weight, sums[1] + weight * of.variance]
+        });
+        [weight, variance / weight]
+    });
+    let shares: Vec<[f64; 2]> = shares.collect();
+    let of_visits = models.iter().zip(&shares).filter(|(model, _)| model.of_visits);
+    let of_visits = of_visits.map(|(_, [weight, _])| weight).sum();
+    let told_at: Vec<f64> = speeds.iter().chain(rows.told_at).copied().collect();
+    let by_rows = without_law(bases, models, &shares, context, told_at);
+    Reduced { speeds, friction, covariance, by_rows, scatter: variance.sqrt(), aside: 0.0, of_visits }
+}
+
+/// What the rows say without a law, by models with these weights and variances of a row: that of the basis with the largest
+/// weight, since where no row is splines in another variable go another way.
+fn without_law(
+    bases: &[Basis],
+    models: &[Model],
+    shares: &[[f64; 2]],
+    context: &Context,
+    mut speeds: Vec<f64>,
+) -> (Vec<f64>, DVector<f64>, DMatrix<f64>) {
+    speeds.sort_by(f64::total_cmp);
+    speeds.dedup_by(|next, one| *next - *one < CLOSEST * *next);
+    let of_basis = |basis: usize| {
+        let all = models.iter().zip(shares);
+        all.filter(move |(model, [weight, _])| model.basis == basis && *weight > 0.0)
+    };
+    let weight_of = |basis: usize| of_basis(basis).map(|(_, [weight, _])| weight).sum::<f64>();
+    let best =
+        (0..bases.len()).max_by(|one, other| weight_of(*one).total_cmp(&weight_of(*other))).unwrap_or(0);
+    let splines = bases[best].values(&speeds);
+    let parts = of_basis(best).map(|(model, [weight, variance])| {
+        // The deviation may be as large as the range of the readings.
+        let penalty = variance / (model.unit * context.span);
+        // Of exact rows what rounding leaves of the other directions is no knowledge.
+        let known = model.known.map(|e| if e < ROUNDED { 0.0 } else { e });
+        let inverse = known.zip_map(&model.penalty, |e, p| 1.0 / (e + penalty * p));
+        let product = model.product.zip_map(&known, |product, e| if e > 0.0 { product } else { 0.0 });
+        let values = &splines * model.back;
+        let covariance = &values * Square::from_diagonal(&(inverse * *variance)) * values.transpose();
+        (weight / weight_of(best), values * inverse.component_mul(&product), covariance)
+    });
+    let parts: Vec<_> = parts.collect();
+    let count = speeds.len();
+    let mut friction = DVector::zeros(count);
+    let mut covariance = DMatrix::identity(count, count) * (FLOOR * FLOOR * context.span);
+    parts.iter().for_each(|(share, mean, _)| friction.axpy(*share, mean, 1.0));
+    for (share, mean, of_mean) in &parts {
+        let off = mean - &friction;
+        covariance += of_mean * *share;
+        covariance.ger(*share, &off, &off, 1.0);
+    }
+    (speeds, friction, covariance)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The stored curves of codimension one: the group `curves` with two tables; see the format in [`super`].
+//! The stored curves of codimension one, with the points of codimension two on them as curves of one point: the group `curves` with two tables; see the format in [`super`].
 
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, File, Group, H5Type};
@@ -37,7 +37,11 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
         return Ok(());
     }
     let group = group_of_tables(file, GROUP)?;
-    value::write(&group, "long_name", &"curves of codimension one, by continuation".into())?;
+    value::write(
+        &group,
+        "long_name",
+        &"curves of codimension one, by continuation, and points of codimension two on them".into(),
+    )?;
     let cut =
         planes.iter().flat_map(|curves| curves.cut.iter().map(|kind| in_plane(*kind, &curves.plane, grid)));
     let cut: Vec<String> = cut.collect();
@@ -184,13 +188,20 @@ mod tests {
     use slipmap_model::friction::Law;
 
     #[test]
-    fn curves_that_a_budget_cut_are_named() {
+    fn points_of_codimension_two_and_curves_that_a_budget_cut_are_named() {
         let axes = vec![vec![0.1], vec![0.2], vec![0.1], vec![1.0, 2.0], vec![1.0], vec![0.0, 1.0]];
         let grid = Grid::new(Law::Stribeck, axes).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let file = File::create(folder.path().join("map.h5")).unwrap();
         let plane = Plane::new(3, 5, vec![0; 6]);
-        let planes = [PlaneCurves { plane, curves: Vec::new(), cut: vec![Bifurcation::Fold] }];
+        let at = |x: f64| PlanePoint { x, y: 0.5, error: 1e-9 };
+        let of = |bifurcation, points: &[PlanePoint]| PlaneCurve { bifurcation, points: points.to_vec() };
+        let curves = vec![
+            of(Bifurcation::Hopf, &[at(1.0), at(1.5)]),
+            of(Bifurcation::Bautin, &[at(1.1)]),
+            of(Bifurcation::Bautin, &[at(1.4)]),
+        ];
+        let planes = [PlaneCurves { plane, curves, cut: vec![Bifurcation::Fold] }];
         write(&file, &grid, &planes).unwrap();
         let told = value::read(&file.group(GROUP).unwrap(), "incomplete").unwrap();
         assert_eq!(told, Some("fold over gamma and c".into()));

@@ -36,7 +36,7 @@
 //! | `plane_x`, `plane_y` | `plane` | `i8` | the two axes of the plane, by `flag_meanings` |
 //! | `held_AXIS` | `plane` | `f64` | the node at which the axis is fixed; NaN for the two axes of the plane |
 //! | `plane_number` | `point` | `i32` | the plane, from 1 |
-//! | `curve` | `point` | `i8` | kind of curve, by `flag_meanings`: hopf, grazing_sliding, landing, crossing, fold |
+//! | `curve` | `point` | `i8` | kind of curve, by `flag_meanings`: hopf, grazing_sliding, landing, crossing, fold; of points of codimension two, each a branch of its own: bautin, hopf_at_grazing, fold_at_grazing, cusp |
 //! | `branch` | `point` | `i32` | number of the connected curve among those of its plane and kind, from 1 |
 //! | `AXIS` | `point` | `f64` | the point's parameters, all of them |
 //! | `error` | `point` | `f64` | estimate of its distance from the curve, in sides of the plane |

@@ -22,7 +22,7 @@ use slipmap_column::slip_cycle::{Kick, Unknown};
 use slipmap_column::{HALVINGS, LongRun, Regime, Verdict, sticks_from};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
-use slipmap_model::friction::Column;
+use slipmap_model::friction::{Column, Law};
 use slipmap_numbers::text::{rounded, short};
 use slipmap_orbits::far_loops::FarLoops;
 use slipmap_orbits::{Effort, flow};
@@ -213,6 +213,14 @@ fn undetermined(
     Undetermined { sticks, stability: oscillator.stability(), reasons }
 }
 
+/// Without damping two coefficients make circles around steady slip: one that reaches the belt speed sticks.
+fn undamped_kick(machine: &Machine, flow: &Flow) -> Option<Kick> {
+    let Friction::Coefficients(Law::Coulomb, of) = &machine.friction else { return None };
+    let is_circle = machine.damping == 0.0 && of.strengthening == 0.0;
+    let speed = machine.belt_speed;
+    (is_circle && matches!(flow.fate, Fate::Sticks(_))).then_some(Kick { forward: speed, backward: speed })
+}
+
 /// Assesses a machine; `None` as in [`Machine::model`].
 pub fn assess(machine: &Machine) -> Option<Assessment> {
     assess_fitted(machine, &[])
@@ -302,10 +310,12 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         fragile: basin
             .and_then(|basin| basin.fragile_time)
             .map(|lasts| [column.curve.drop() / column.belt_speed, lasts].map(|time| time * units.time)),
-        kick: basin.map(|slipmap_column::BasinBoundary { kick, .. }| Kick {
-            forward: kick.forward * units.velocity,
-            backward: kick.backward * units.velocity,
-        }),
+        kick: basin
+            .map(|slipmap_column::BasinBoundary { kick, .. }| Kick {
+                forward: kick.forward * units.velocity,
+                backward: kick.backward * units.velocity,
+            })
+            .or_else(|| undamped_kick(machine, &flow)),
         sensitivities: sensitivities(machine),
         influence: influence(&model).unwrap_or_default(),
         proofs,
@@ -318,7 +328,7 @@ mod tests {
     use super::*;
     use crate::{Friction, example, example_of, formula};
     use slipmap_column::slip_cycles;
-    use slipmap_model::friction::{Law, Table};
+    use slipmap_model::friction::Table;
     use slipmap_model::point::Point;
     use slipmap_numbers::random::Random;
 
@@ -591,5 +601,28 @@ mod tests {
         let dampings = [0.02, 0.9999 * from, 1.0001 * from, 0.9999 * to, 1.0001 * to];
         assert_eq!(dampings.map(sticks), [false, false, true, true, false]);
         assert_eq!(all.may_stick_below_damping(), Limit::Below(to));
+    }
+
+    /// Undamped circles around steady slip stick from the belt speed on.
+    #[test]
+    fn undamped_coefficients_need_a_kick_of_the_belt_speed() {
+        let machine = Machine { damping: 0.0, ..example(Law::Coulomb) }.with("strengthening", 0.0).unwrap();
+        let all = assess(&machine).unwrap();
+        let NeededKick::Kick(kick) = all.needed_kick() else { panic!("{:?}", all.needed_kick()) };
+        assert_eq!([kick.forward, kick.backward], [machine.belt_speed; 2]);
+    }
+
+    /// Friction that falls in a straight line is neutral at one damping, which is tried and is the limit.
+    #[test]
+    fn a_limit_that_is_tried_is_no_gap() {
+        let machine = example_of(formula("1 - u"), [1.0, 1.0, 1.0, 0.45, 0.3]);
+        let all = assess(&machine).unwrap();
+        assert_eq!(all.behaviour.regime, Regime::StickSlip);
+        let of = &all.dampings[Statement::AlwaysSticks as usize];
+        assert!(of.unknown.is_empty(), "{of:?}");
+        assert!(
+            matches!(of.holds.last(), Some([_, End::At { value, .. }]) if (value - 1.0).abs() < 1e-4),
+            "{of:?}"
+        );
     }
 }

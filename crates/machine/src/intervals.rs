@@ -517,9 +517,10 @@ pub(crate) fn of_dampings(
     let of_index = |i: i32| 10f64.powf(f64::from(i) / f64::from(DAMPINGS_PER_DECADE));
     let between = limits.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
     let mut dampings: Vec<f64> = (first..=last).map(of_index).chain(between).collect();
-    // Without damping steady slip may be neutral.
+    // Without damping steady slip may be neutral, and at the damping where it loses stability: nothing is known there.
     let at = |damping: f64| Oscillator::in_column(column, damping);
-    dampings.extend((at(0.0).stability() != Stability::Neutral).then_some(0.0));
+    dampings.push(0.0);
+    dampings.retain(|damping| at(*damping).stability() != Stability::Neutral);
     dampings.sort_by(f64::total_cmp);
     let judged: Vec<_> =
         dampings.into_iter().map(|damping| (damping, judge(&at(damping), &regime))).collect();

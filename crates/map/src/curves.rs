@@ -3,7 +3,7 @@
 //!
 //! Curves are found and followed in the unit square of the plane, whose sides run from the first to the last
 //! node of an axis, linearly or, if the nodes are logarithmic, logarithmically. Errors are distances in the
-//! square. Where the damping is one of the axes, the grazing curve is the critical damping, and fold curves are the
+//! square. On the curves lie points of codimension two (`column::points`). Where the damping is one of the axes, the grazing curve is the critical damping, and fold curves are the
 //! extremes of the backbone, as functions of the other axis (`column::graphs`). All other curves are found by
 //! continuation.
 
@@ -18,11 +18,14 @@ use slipmap_column::bifurcation::{Bifurcation, CurveWork};
 use slipmap_column::continuation::{Branch, CurvePoint, zero_curves};
 use slipmap_column::critical::{CriticalDamping, critical_damping};
 use slipmap_column::graphs::{Extreme, graphs};
+use slipmap_column::points::{Cusp, NEAR_ENDS, cusp, points_on};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
 
 /// Tolerance of the test functions and of the backbones.
 const TOLERANCE: f64 = 1e-10;
+/// Distance, in sides of the plane, beside their errors, of cusps that are one.
+const SAME: f64 = 1e-6;
 
 /// Names of the columns of stored curves that are not axes. If curves are stored, no axis may have one of
 /// these names.
@@ -65,7 +68,7 @@ pub struct PlaneCurve {
 pub struct PlaneCurves {
     /// The plane.
     pub plane: Plane,
-    /// Its curves, in the order of `Bifurcation::ALL`.
+    /// Its curves, in the order of `Bifurcation::ALL`; points of codimension two, as curves of one point, last.
     pub curves: Vec<PlaneCurve>,
     /// The kinds whose curves are incomplete, since the budget of their search or of their points was spent.
     pub cut: Vec<Bifurcation>,
@@ -94,10 +97,11 @@ impl PlaneCurves {
         Self::of_kinds(&Bifurcation::ALL, grid, plane, stop)
     }
 
-    /// As [`PlaneCurves::of`], for curves of the given kinds only.
+    /// As [`PlaneCurves::of`], for the given kinds only: points of codimension two on curves among these.
     pub fn of_kinds(kinds: &[Bifurcation], grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
         let frame = Frame::new(grid, &plane);
         let of_kind = |&bifurcation: &Bifurcation| {
+            let kinds = kinds.iter().copied().filter(|kind| kind.along() == Some(bifurcation));
             let work = CurveWork::default();
             let test = |place: [f64; 2]| match stop.load(Ordering::Relaxed) {
                 true => None,
@@ -119,10 +123,37 @@ impl PlaneCurves {
                 _ => zero_curves(&test, &|| work.is_spent()),
             };
             let cut = is_cut.then_some(bifurcation);
-            (found.into_iter().map(curve).collect::<Vec<_>>(), cut)
+            let points = kinds.flat_map(|kind| {
+                let work = CurveWork::default();
+                let points = match (kind, frame.damping_axis()) {
+                    (Bifurcation::Cusp, Some(axis)) => frame.cusps(axis, &found, &work),
+                    (Bifurcation::Cusp, None) => Vec::new(),
+                    _ => {
+                        let degeneracy =
+                            |place: [f64; 2]| match stop.load(Ordering::Relaxed) || work.is_spent() {
+                                true => None,
+                                false => kind.test(&frame.oscillator(place)?, TOLERANCE, &work),
+                            };
+                        found.iter().flat_map(|branch| points_on(branch, &test, &degeneracy)).collect()
+                    }
+                };
+                let one =
+                    |point: CurvePoint| PlaneCurve { bifurcation: kind, points: vec![frame.point(&point)] };
+                points.into_iter().map(one).collect::<Vec<_>>()
+            });
+            let points: Vec<PlaneCurve> = points.collect();
+            (found.into_iter().map(curve).collect::<Vec<_>>(), points, cut)
         };
-        let (curves, cut): (Vec<_>, Vec<_>) = kinds.par_iter().map(of_kind).unzip();
-        Self { plane, curves: curves.concat(), cut: cut.into_iter().flatten().collect() }
+        let curves: Vec<Bifurcation> = kinds.iter().copied().filter(|kind| kind.along().is_none()).collect();
+        let found: Vec<_> = curves.par_iter().map(of_kind).collect();
+        let (mut curves, mut points, mut cut) = (Vec::new(), Vec::new(), Vec::new());
+        for (of_kind, on_it, is_cut) in found {
+            curves.extend(of_kind);
+            points.extend(on_it);
+            cut.extend(is_cut);
+        }
+        curves.extend(points);
+        Self { plane, curves, cut }
     }
 
     /// The same curves in the plane with its axes exchanged.
@@ -223,6 +254,49 @@ impl<'a> Frame<'a> {
         }
         let (height, error) = self.height(damping_axis, critical.c, critical.error);
         Some(Extreme { amplitude: 1.0, height, error, is_maximum: true })
+    }
+
+    /// The cusps at which two of these fold curves end.
+    fn cusps(&self, damping_axis: usize, folds: &[Branch], work: &CurveWork) -> Vec<CurvePoint> {
+        let ends = || {
+            let ends = |branch: &Branch| [branch.points.first().copied(), branch.points.last().copied()];
+            folds.iter().enumerate().flat_map(move |(number, branch)| ends(branch).map(|end| (number, end)))
+        };
+        let mut found: Vec<CurvePoint> = Vec::new();
+        for (number, end) in ends() {
+            let Some(end) = end else { continue };
+            let meets = ends().any(|(other, place)| {
+                let apart =
+                    |place: CurvePoint| (place.place[0] - end.place[0]).hypot(place.place[1] - end.place[1]);
+                other > number && place.is_some_and(|place| apart(place) <= NEAR_ENDS)
+            });
+            let point = meets.then(|| self.cusp(damping_axis, end, work)).flatten();
+            let is_new = |point: &CurvePoint| {
+                let apart = |other: &CurvePoint| {
+                    (point.place[0] - other.place[0]).hypot(point.place[1] - other.place[1])
+                };
+                found.iter().all(|other| apart(other) > point.error + other.error + SAME)
+            };
+            let point = point.filter(is_new);
+            found.extend(point);
+        }
+        found
+    }
+
+    /// The cusp next to the end of a fold curve: between two extremes that nearly meet there.
+    fn cusp(&self, damping_axis: usize, end: CurvePoint, work: &CurveWork) -> Option<CurvePoint> {
+        let (share, height) = (end.place[1 - damping_axis], end.place[damping_axis]);
+        let extremes = self.extremes(damping_axis, share, work)?;
+        let off = |pair: &&[Extreme]| pair.iter().map(|it| (it.height - height).abs()).fold(0.0, f64::max);
+        let pair = extremes.windows(2).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let amplitude = 0.5 * (pair[0].amplitude + pair[1].amplitude);
+        let Cusp { share: [share, error], viscous: [viscous, of_viscous], .. } =
+            cusp(&|share| self.column(damping_axis, share), share, amplitude)?;
+        let epsilon = self.column(damping_axis, share)?.epsilon;
+        let (height, of_height) = self.height(damping_axis, viscous / epsilon, of_viscous / epsilon);
+        let mut place = [share; 2];
+        place[damping_axis] = height;
+        (0.0..=1.0).contains(&height).then_some(CurvePoint { place, error: error.hypot(of_height) })
     }
 
     /// The column at a place of the other axis.

@@ -32,6 +32,8 @@ pub struct Control<'a> {
     pub on_cells: &'a (dyn Fn(usize) + Sync),
     /// Called after each plane of curves, from any worker.
     pub on_plane: &'a (dyn Fn() + Sync),
+    /// Called with the number of boxes of parameters of which a proof was tried so far.
+    pub on_boxes: &'a (dyn Fn(usize) + Sync),
     /// Set to true to stop after the current tiles.
     pub stop: &'a AtomicBool,
 }
@@ -40,7 +42,7 @@ impl Default for Control<'_> {
     /// All cores, no callbacks, never stopped.
     fn default() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
-        Self { threads: None, on_cells: &|_| (), on_plane: &|| (), stop: &NEVER }
+        Self { threads: None, on_cells: &|_| (), on_plane: &|| (), on_boxes: &|_| (), stop: &NEVER }
     }
 }
 
@@ -53,7 +55,7 @@ pub struct Summary {
     pub threads: usize,
     /// The sum of the accounts of all tiles, with the disagreements of the audit in the order of the grid.
     pub account: Account,
-    /// The proofs between the nodes, if the plan requests them; see [`super::prove`].
+    /// The proofs between the nodes, if the plan requests them.
     pub proved: Option<Proved>,
     /// The curves of codimension one, if the plan requests them.
     pub curves: Vec<PlaneCurves>,

@@ -37,7 +37,7 @@ pub use grid::{Axis, AxisRole, Grid, GridError, Shown, Tile};
 pub use plan::{DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, MOST_AUDIT_CELLS};
 pub use plan::{Plan, PlanBuilder, PlanError};
 pub use pool::pool;
-pub use proved::prove;
+pub use proved::{ProvedColumn, columns};
 pub use quantity::Description;
 pub use run::run;
 pub use run::{Earlier, run_with};

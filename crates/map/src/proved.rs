@@ -1,11 +1,12 @@
 //! Proofs by the method `validated` over the whole box of parameters, the points between the nodes included.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::{Axis, Plan};
+use super::{Axis, Control, Grid, Plan, unravel};
 use slipmap_certify::curve::BoxProof;
 use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
 
 /// The proofs over the box of all parameters, from the first to the last node of every axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,22 +30,41 @@ fn parameters(plan: &Plan) -> Option<(Law, Vec<[f64; 2]>)> {
     Some((law.clone(), ranges.collect()))
 }
 
-/// Computes the proofs that the plan requests with `threads` threads (all cores if `None`); stops early if
-/// `stop` is set. `None` if the plan requests no proofs, or if the threads cannot be started. The proofs do
+/// A point and a range of dampings.
+pub type ProvedColumn = (Point, [f64; 2]);
+
+/// The law in dimensionless form, and the point of each column with its range of dampings; `None` where the law differs from
+/// column to column.
+pub fn columns(grid: &Grid) -> Option<(Law, Vec<ProvedColumn>)> {
+    let axes = grid.axes();
+    let outer: Vec<usize> = axes[..axes.len() - 1].iter().map(|axis| axis.values.len()).collect();
+    let mut law = None;
+    let column = |number: usize| {
+        let mut values = grid.values(&[unravel(number, &outer), vec![0]].concat());
+        let (own, point, _) = grid.place(&values)?;
+        *values.last_mut()? = *grid.dampings().last()?;
+        let (_, last, _) = grid.place(&values)?;
+        (*law.get_or_insert_with(|| own.clone()) == own).then_some((point, [point.damping, last.damping]))
+    };
+    let columns = (0..grid.column_count()).map(column).collect::<Option<_>>()?;
+    Some((law?, columns))
+}
+
+/// Computes the proofs that the plan requests; stops early if told so. `None` if the plan requests no proofs, or if the threads cannot be started. The proofs do
 /// not depend on the number of threads.
-pub fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<Proved> {
+pub(crate) fn prove(plan: &Plan, control: &Control) -> Option<Proved> {
     if plan.proof_boxes == 0 {
         return None;
     }
-    let pool = super::pool(threads).ok()?;
+    let pool = super::pool(control.threads).ok()?;
     let start = Instant::now();
-    let go_on = || !stop.load(Ordering::Relaxed);
+    let go_on = |tried: usize| {
+        (control.on_boxes)(tried);
+        !control.stop.load(Ordering::Relaxed)
+    };
     let (law, mut ranges) = parameters(plan)?;
     let damping = ranges.pop()?;
-    let proof = pool.install(|| {
-        let mut proof = BoxProof::new(&law, ranges, damping);
-        proof.refine(plan.proof_boxes, &go_on);
-        proof
-    });
+    let mut proof = pool.install(|| BoxProof::new(&law, ranges, damping));
+    pool.install(|| proof.refine(plan.proof_boxes, &go_on));
     Some(Proved { proof, seconds: start.elapsed().as_secs_f64() })
 }

@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use super::account::Account;
 use super::engine::{ComputeError, Control, Queue, Summary, compute_tiles};
-use super::{Plan, Plane, PlaneCurves, Sink, pool, prove};
+use super::proved::prove;
+use super::{Plan, Plane, PlaneCurves, Sink, pool};
 use crate::clock::process_time;
 use rayon::prelude::*;
 
@@ -67,7 +68,7 @@ pub fn run_with<E: std::error::Error>(
         summary.account.stages.curves += (process_time() - processor).as_secs_f64();
     }
     let processor = process_time();
-    summary.proved = prove(plan, control.threads, control.stop);
+    summary.proved = prove(plan, control);
     summary.account.stages.proofs += (process_time() - processor).as_secs_f64();
     if control.stop.load(Ordering::Relaxed) {
         return Err(ComputeError::Interrupted);

@@ -505,14 +505,16 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
     /// series adds to that value.
     fn polynomial(self, coefficients: &[f64]) -> Self {
         let around = Self::around(self.0[0], coefficients);
-        let mut added = self;
-        added.0[0] = T::constant(0.0);
-        let mut sum = Self::constant(0.0);
-        for a in around.0.iter().rev() {
-            sum = sum * added;
-            sum.0[0] = *a;
+        // Horner's rule. The sum at order j is yet multiplied j times by a series that begins at order 1.
+        let length = self.length();
+        let mut sum = [T::constant(0.0); N];
+        for (j, a) in around.0.iter().enumerate().rev() {
+            for k in (1..N - j).rev() {
+                sum[k] = convolved(&self.0, &sum, k, 1..length.min(k + 1));
+            }
+            sum[0] = *a;
         }
-        sum
+        Self(sum)
     }
 }
 

@@ -1,9 +1,10 @@
 //! Curves of codimension one, drawn.
 
 use slipmap_column::bifurcation::Bifurcation;
+use slipmap_figure::axis::Scale;
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::Panel;
-use slipmap_figure::scene::{Place, Rect, Scene, Stroke};
+use slipmap_figure::scene::{Marker, Place, Rect, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::rich;
 use slipmap_map::{PlaneCurve, PlaneCurves};
@@ -16,6 +17,107 @@ pub const HALO: Stroke = Stroke::solid(style::WHITE, 1.8);
 pub fn places(curves: &PlaneCurves, panel: &Panel) -> Vec<Vec<Place>> {
     let line = |curve: &PlaneCurve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect();
     curves.curves.iter().map(line).collect()
+}
+
+/// Cells in finer ones, with the ends of these on both axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parts {
+    /// Ends of the finer cells across and upwards, as values on the axes.
+    pub edges: [Vec<f64>; 2],
+    /// Their codes, by columns.
+    pub cells: Vec<Vec<i8>>,
+}
+
+/// Shares of the height at which a curve is at a share of the width.
+fn heights(panel: &Panel, line: &PlaneCurve, across: f64) -> Vec<f64> {
+    let points: Vec<[f64; 2]> = line.points.iter().map(|p| [panel.x.unit(p.x), panel.y.unit(p.y)]).collect();
+    let at = |pair: &[[f64; 2]]| {
+        let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+        ((x0 <= across) != (x1 <= across)).then(|| y0 + (y1 - y0) * (across - x0) / (x1 - x0))
+    };
+    points.windows(2).filter_map(at).collect()
+}
+
+/// Codes at nodes, by columns, in finer cells between the nodes, `parts` of them across and upwards: a change of the code
+/// up a column lies on the curve that passes between its two nodes, and halfway where none does. The nodes are at these
+/// `shares` of the panel. Empty without two nodes on each axis.
+pub fn along_curves(
+    panel: &Panel,
+    codes: &[Vec<i8>],
+    shares: &[Vec<f64>; 2],
+    parts: [usize; 2],
+    lines: &[PlaneCurve],
+) -> Parts {
+    let [xs, ys] = shares;
+    if codes.len() != xs.len()
+        || codes.iter().any(|column| column.len() != ys.len())
+        || xs.len().min(ys.len()) < 2
+    {
+        return Parts { edges: [vec![0.0], vec![0.0]], cells: Vec::new() };
+    }
+    let at =
+        |across: f64| -> Vec<Vec<f64>> { lines.iter().map(|line| heights(panel, line, across)).collect() };
+    let nearest = |heights: &[f64], to: f64| {
+        heights.iter().copied().min_by(|a, b| (a - to).abs().total_cmp(&(b - to).abs()))
+    };
+    // The changes of a column: the share of the height, the code above, and the curve.
+    let changes = |(i, codes): (usize, &Vec<i8>)| -> Vec<(f64, i8, Option<usize>)> {
+        // The curves begin and end with the panel.
+        let here = at(xs[i].clamp(4e-4, 1.0 - 1e-9));
+        let change = |j: usize| {
+            let (middle, width) = (0.5 * (ys[j] + ys[j + 1]), ys[j + 1] - ys[j]);
+            let between = |(k, heights): (usize, &Vec<f64>)| {
+                let height = nearest(heights, middle)?;
+                ((height - middle).abs() <= 0.501 * width).then_some((height, codes[j + 1], Some(k)))
+            };
+            here.iter().enumerate().find_map(between).unwrap_or((middle, codes[j + 1], None))
+        };
+        (0..codes.len() - 1).filter(|&j| codes[j] != codes[j + 1]).map(change).collect()
+    };
+    let changes: Vec<_> = codes.iter().enumerate().map(changes).collect();
+    let rows = middles(ys, parts[1]);
+    let column = |(k, across): (usize, f64)| {
+        let here = at(across);
+        let moved = |i: usize| -> (bool, Vec<(f64, i8)>) {
+            let height = |(height, _, line): &(f64, i8, Option<usize>)| nearest(&here[(*line)?], *height);
+            let follows = changes[i].iter().all(|change| height(change).is_some());
+            (
+                follows,
+                changes[i].iter().map(|change| (height(change).unwrap_or(change.0), change.1)).collect(),
+            )
+        };
+        // A curve may leave the panel between this node and the next: the one with more of them tells.
+        let left = k / parts[0];
+        let is_left = across - xs[left] < xs[left + 1] - across;
+        let (near, far) = if is_left { (left, left + 1) } else { (left + 1, left) };
+        let (node, ends) = match moved(far) {
+            (true, ends) if ends.len() > changes[near].len() => (far, ends),
+            _ => (near, moved(near).1),
+        };
+        let code = |height: &f64| {
+            ends.iter().rev().find(|(end, _)| end <= height).map_or(codes[node][0], |(_, code)| *code)
+        };
+        rows.iter().map(code).collect()
+    };
+    let ends = |scale: Scale, nodes: &[f64], parts: usize| -> Vec<f64> {
+        let gaps = nodes.windows(2);
+        let inner =
+            gaps.flat_map(|gap| (0..parts).map(|i| gap[0] + (gap[1] - gap[0]) * i as f64 / parts as f64));
+        inner.chain(nodes.last().copied()).map(|share| scale.value(share)).collect()
+    };
+    Parts {
+        edges: [ends(panel.x, xs, parts[0]), ends(panel.y, ys, parts[1])],
+        cells: middles(xs, parts[0]).into_iter().enumerate().map(column).collect(),
+    }
+}
+
+/// The middles of parts of the gaps between nodes.
+fn middles(nodes: &[f64], parts: usize) -> Vec<f64> {
+    let of = |gap: &[f64]| {
+        let [from, to] = [gap[0], gap[1]];
+        (0..parts).map(move |i| from + (to - from) * (i as f64 + 0.5) / parts as f64)
+    };
+    nodes.windows(2).flat_map(of).collect()
 }
 
 /// The drawing order: a fold on a Hopf curve shows in the gaps between the dashes of the Hopf curve.
@@ -44,6 +146,13 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
             places(bifurcation).for_each(|line| scene.line(&line, &line_style(bifurcation).0));
         }
     });
+    for point in curves.curves.iter().filter(|curve| curve.bifurcation.along().is_some()) {
+        let (marker, words) = mark(point.bifurcation);
+        for at in point.points.iter().map(|p| panel.place(p.x, p.y)) {
+            scene.marker(marker, at, MARK, style::BLACK, false);
+        }
+        legend.add(Sample::Mark(marker, style::BLACK, false), rich(words));
+    }
     // A curve along the frame cannot be seen.
     let Rect { x, y, w, h } = panel.rect;
     let inner = Rect { x: x + 0.5, y: y + 0.5, w: w - 1.0, h: h - 1.0 };
@@ -52,6 +161,19 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
             let (stroke, words) = line_style(bifurcation);
             legend.add(Sample::Line(stroke), rich(words));
         }
+    }
+}
+
+/// Size of the mark of a point of codimension two.
+const MARK: f64 = 5.0;
+
+/// The mark and the legend text of a bifurcation of codimension two.
+fn mark(bifurcation: Bifurcation) -> (Marker, &'static str) {
+    match bifurcation {
+        Bifurcation::Bautin => (Marker::Circle, "Bautin point"),
+        Bifurcation::HopfAtGrazing => (Marker::Diamond, "Hopf at grazing"),
+        Bifurcation::FoldAtGrazing => (Marker::Triangle, "fold at grazing"),
+        _ => (Marker::Square, "cusp of folds"),
     }
 }
 
@@ -68,13 +190,13 @@ pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
             (Stroke { color: style::BLUE, width: 1.2, dash: &[3.0, 1.4] }, "crossing curve")
         }
         Bifurcation::Fold => (Stroke::solid(style::WINE, 1.2), "fold curve"),
+        point => (EXACT, mark(point).1),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use slipmap_figure::axis::Scale;
     use slipmap_map::{Plane, PlanePoint};
 
     #[test]
@@ -92,5 +214,32 @@ mod tests {
         };
         assert_eq!([false, true].map(|numbers| halos(Bifurcation::Hopf, numbers)), [0, 1]);
         assert_eq!(halos(Bifurcation::Crossing, false), 1);
+    }
+
+    /// A line through the panel that leaves it at the top and at the bottom: every finer cell has the code of its side.
+    #[test]
+    fn areas_follow_the_curve_between_them() {
+        const NODES: usize = 51;
+        const DAMPINGS: usize = 121;
+        let rect = Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
+        let panel = Panel { rect, x: Scale::linear(0.0, 1.0), y: Scale::linear(0.0, 1.0) };
+        for slope in [0.3, 3.0, 40.0, -7.0] {
+            let height = |x: f64| 0.51 + slope * (x - 0.493);
+            let code = |x: f64, y: f64| i8::from(y > height(x));
+            let at = |i: usize, of: usize| i as f64 / (of - 1) as f64;
+            let column = |i| (0..DAMPINGS).map(|j| code(at(i, NODES), at(j, DAMPINGS))).collect();
+            let cells: Vec<Vec<i8>> = (0..NODES).map(column).collect();
+            let points = [-0.001, 1.001].map(|x| PlanePoint { x, y: height(x), error: 0.0 }).into();
+            let line = PlaneCurve { bifurcation: Bifurcation::Hopf, points };
+            let shares = [NODES, DAMPINGS].map(|of| (0..of).map(|i| at(i, of)).collect());
+            let fine = along_curves(&panel, &cells, &shares, [8, 4], &[line]).cells;
+            let size = [fine.len(), fine[0].len()].map(|number| number as f64);
+            for (i, column) in fine.iter().enumerate() {
+                for (j, found) in column.iter().enumerate() {
+                    let [x, y] = [(i as f64 + 0.5) / size[0], (j as f64 + 0.5) / size[1]];
+                    assert!(*found == code(x, y) || (y - height(x)).abs() < 1e-9, "{slope}: {x} {y}");
+                }
+            }
+        }
     }
 }

@@ -35,9 +35,9 @@ const LINE: f64 = TEXT + 2.6;
 const MOST_LINES: usize = 4;
 /// Largest number of lines of the answer in a sentence, and of a warning.
 const MOST_LINES_OF_ANSWER: usize = 6;
-/// Heights of the panels, in points; the smaller one is used if the text ends below `LOW`.
-const PANEL: [f64; 2] = [150.0, 120.0];
-const LOW: f64 = 540.0;
+/// Heights of the panels, in points; the smaller one is used beside more lines than `MOST_ROWS`.
+const PANEL: [f64; 2] = [150.0, 110.0];
+const MOST_ROWS: usize = 30;
 /// Extra height of the friction panels over the regime panel, which has its legend below it.
 const HIGHER: f64 = 24.0;
 
@@ -60,8 +60,8 @@ pub struct Subject<'a> {
 pub struct MachinePage<'a> {
     /// Questions and answers, section by section.
     pub sections: Vec<Section>,
-    /// The answer in a sentence.
-    pub answer: Rich,
+    /// The answer: what it does here, over the belt speeds, and by the uncertain quantities.
+    pub answers: Vec<Rich>,
     /// Doubts about the numbers of the machine.
     pub warnings: Vec<Rich>,
     all: &'a Assessment,
@@ -76,9 +76,14 @@ impl<'a> MachinePage<'a> {
         let doubts = all.machine.doubts();
         Self {
             sections: lines::sections(all, subject.units, subject.uncertain, subject.risk),
-            answer: answer::in_words(all, subject.units)
-                .then(answer::over_speeds(all, subject.units, subject.speeds))
-                .then(answer::uncertainty(all, subject.units, subject.risk)),
+            answers: [
+                answer::in_words(all, subject.units),
+                answer::over_speeds(all, subject.units, subject.speeds),
+                answer::uncertainty(all, subject.units, subject.risk),
+            ]
+            .into_iter()
+            .filter(|answer| !answer.pieces.is_empty())
+            .collect(),
             warnings: doubts.iter().map(|doubt| Rich::foreign(&format!("Warning: {doubt}."))).collect(),
             all,
             units: subject.units,
@@ -107,26 +112,29 @@ impl<'a> MachinePage<'a> {
             scene.text((MARGIN, y), &line, TITLE, Anchor::Start);
         }
         y += 2.0;
-        for text in std::iter::once(&self.answer).chain(&self.warnings) {
+        for text in self.answers.iter().chain(&self.warnings) {
+            y += 2.0;
             for line in paragraph(text, TEXT, WIDTH, MOST_LINES_OF_ANSWER) {
                 y += TEXT + 3.0;
                 scene.text((MARGIN, y), &line, TEXT, Anchor::Start);
             }
         }
-        y += 6.0;
-        for (heading, lines) in &self.sections {
-            y += 13.0;
-            scene.text((MARGIN, y), &rich(heading), TEXT + 1.0, Anchor::Start);
-            scene.line(&[(MARGIN, y + 3.0), (PAGE.0 - MARGIN, y + 3.0)], &AXIS);
-            y = write_lines(&mut scene, y + 4.0, lines);
-        }
-        y += 18.0;
-        let height = if y > LOW { PANEL[1] } else { PANEL[0] };
+        y += 14.0;
+        // What the lines take decides on the height of the figures.
+        let rows: usize = self.sections.iter().map(|(_, lines)| lines.len()).sum();
+        let height = PANEL[usize::from(rows > MOST_ROWS)];
         let regimes = figures::regimes(self.all, self.units, height);
         let friction = figures::friction(self.all, self.units, height + HIGHER);
         scene.place((MARGIN, y), &regimes);
         scene.place((PAGE.0 - MARGIN - FIGURE, y), &friction);
-        y += regimes.height.max(friction.height) + 2.0 * SMALL_TEXT;
+        y += regimes.height.max(friction.height);
+        for (heading, lines) in &self.sections {
+            y += 17.0;
+            scene.text((MARGIN, y), &rich(heading), TEXT + 1.0, Anchor::Start);
+            scene.line(&[(MARGIN, y + 3.0), (PAGE.0 - MARGIN, y + 3.0)], &AXIS);
+            y = write_lines(&mut scene, y + 4.0, lines);
+        }
+        y += 3.0 * SMALL_TEXT;
         scene.height = PAGE.1.max(y + 6.0);
         let foot = scene.height - 18.0;
         for line in paragraph(&self.source, SMALL_TEXT, WIDTH, 1) {
@@ -162,8 +170,10 @@ impl<'a> MachinePage<'a> {
 
     /// The body of the HTML of the page of this number.
     fn body(&self, number: usize) -> String {
-        let texts = std::iter::once(&self.answer).chain(&self.warnings);
-        let mut body: String = texts.map(|text| format!("<p>{}</p>\n", text.html())).collect();
+        let texts = self.answers.iter().chain(&self.warnings);
+        let mut body: String =
+            texts.map(|text| format!("<p class=\"answer\">{}</p>\n", text.html())).collect();
+        self.write_figures(number, &mut body);
         for (heading, lines) in &self.sections {
             body.push_str(&format!("<h2>{heading}</h2>\n<dl class=\"summary\">\n"));
             for (name, value) in lines {
@@ -171,6 +181,12 @@ impl<'a> MachinePage<'a> {
             }
             body.push_str("</dl>\n");
         }
+        body.push_str(&format!("<p class=\"note\">{}</p>\n", self.source.html()));
+        body
+    }
+
+    /// Both figures beside each other.
+    fn write_figures(&self, number: usize, body: &mut String) {
         let figures = [
             (
                 "regimes",
@@ -183,12 +199,12 @@ impl<'a> MachinePage<'a> {
                 "Friction, and the weight of its slope at each slip speed for the critical damping where it is known.",
             ),
         ];
+        body.push_str("<div class=\"beside\">\n");
         for (name, figure, words) in figures {
             let svg = figure.svg(&format!("{name}-{number}"), &rich(words));
             body.push_str(&format!("<figure>\n{svg}<figcaption>{words}</figcaption>\n</figure>\n"));
         }
-        body.push_str(&format!("<p class=\"note\">{}</p>\n", self.source.html()));
-        body
+        body.push_str("</div>\n");
     }
 }
 
@@ -432,7 +448,7 @@ mod tests {
             );
             assert!(text.contains(&line), "{text}");
         }
-        assert!(uncertainty(&all, &[], Some(&risk)).plain().ends_with(" with a probability of 0 %."));
+        assert!(uncertainty(&all, &[], Some(&risk)).plain().ends_with(" may stick-slip with one of 0 %."));
         let one = text_of(sections(&all, &[], &[], Some(&Risk { draws: 1, ..risk })));
         assert!(text.contains(", 20000 draws\n") && one.contains(", 1 draw\n"), "{one}");
     }

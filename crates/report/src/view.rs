@@ -42,6 +42,13 @@ impl<'a> View<'a> {
         join(parts)
     }
 
+    /// Whether the curves of a figure of this variable are found without being asked for: those at which the regimes of a
+    /// machine change.
+    #[must_use]
+    pub fn finds_curves(&self, variable: Option<&str>) -> bool {
+        variable == Some("regime") && self.map.grid().machine().is_some()
+    }
+
     /// The units of dimensionless numbers at these nodes.
     pub(crate) fn units_at(&self, index: &[usize]) -> UnitSystem {
         let grid = self.map.grid();

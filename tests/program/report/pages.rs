@@ -74,7 +74,7 @@ fn degenerate_maps_have_reports() {
 
 /// A plot over a plane.
 fn over_plane<'a>(x: &'a str, y: &'a str, at: &'a [At], variables: &'a [String]) -> Plot<'a> {
-    Plot { x, y: Some(y), at, variables, panels: None, curves: false, marks: None, width: Width::OneColumn }
+    Plot { x, y: Some(y), at, variables, panels: None, curves: false, marks: &[], width: Width::OneColumn }
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn one_axis_plots_draw_what_the_map_stores() {
         variables: &variables,
         panels: Some(&panels),
         curves: false,
-        marks: None,
+        marks: &[],
         width: Width::TwoColumns,
     };
     let plotted = figure::plot(&view, &plot).unwrap();

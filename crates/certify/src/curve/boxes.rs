@@ -115,10 +115,10 @@ impl BoxProof {
         proof
     }
 
-    /// Tries proofs of up to `boxes` parts in all, or until `go_on` returns false: in each round of a quarter of the
+    /// Tries proofs of up to `boxes` parts in all, or until `go_on` returns false, which is told how many were tried: in each round of a quarter of the
     /// parts, those with the largest undecided shares. The result does not depend on the number of threads.
-    pub fn refine(&mut self, boxes: usize, go_on: &(dyn Fn() -> bool + Sync)) {
-        while self.tried + 2 <= boxes && go_on() {
+    pub fn refine(&mut self, boxes: usize, go_on: &dyn Fn(usize) -> bool) {
+        while self.tried + 2 <= boxes && go_on(self.tried) {
             self.parts.sort_by(|one, two| two.undecided.total_cmp(&one.undecided));
             let most = ((boxes - self.tried) / 2).min(self.parts.len().div_ceil(4));
             let is_open = |part: &&Part| part.undecided > 0.0 && part.halves().is_some();
@@ -192,95 +192,37 @@ impl Part {
     /// Finds and checks the curves of the part.
     fn prove(&mut self, law: &Law, damping: [f64; 2]) -> Result<(), Stop> {
         let region = Region::new(law, &self.ranges)?;
-        let axes = region.axes.len();
-        if axes == 0 {
+        if region.axes.is_empty() {
             let proof = prove(&law.column(&region.point(&[])));
             self.curves = proof.curves;
             return proof.stop.map_or(Ok(()), Err);
         }
-        // The middle, and the two ends of each axis.
-        let at = |axis: usize, z: f64| -> Result<(Finder, f64), Stop> {
-            let mut place = vec![0.0; axes];
-            place.iter_mut().skip(axis).take(1).for_each(|it| *it = z);
-            let column = law.column(&region.point(&place));
-            let finder = Finder::new(&column);
-            let critical = critical(&column, &finder)?;
-            Ok((finder, critical))
-        };
-        let (mut finder, middle) = at(axes, 0.0)?;
-        let epsilon = region.point(&[]).epsilon;
-        let mut ends =
-            (0..axes).map(|axis| Ok([at(axis, -1.0)?, at(axis, 1.0)?])).collect::<Result<Vec<_>, Stop>>()?;
-        // A curve starts on its side of the drop over the whole box, on which that is not quite linear.
-        let [lo, hi] = self.ranges[self.ranges.len() - 1];
-        let bend = ((hi - lo) / (hi + lo)).powi(2);
-        let moves = |[low, high]: &[(Finder, f64); 2]| (high.0.field().drop.hi - low.0.field().drop.hi).abs();
-        let slack = 4.0 * (finder.field().drop.hi * bend + ends.iter().map(moves).sum::<f64>() * bend.sqrt());
-        for finder in ends.iter_mut().flatten().map(|end| &mut end.0).chain([&mut finder]) {
-            finder.widen_drop(slack);
-        }
-        let slopes: Vec<f64> = ends.iter().map(|[low, high]| 0.5 * (high.1 - low.1)).collect();
-        let bends: Vec<f64> = ends.iter().map(|[low, high]| 0.5 * (high.1 + low.1) - middle).collect();
-        let least = LEAST * middle.abs().max(damping[1] - damping[0]);
-        let size = bends.iter().map(|bend| bend.abs()).sum::<f64>() + least;
-        let spread = slopes.iter().map(|slope| slope.abs()).sum::<f64>() + size;
-        let whole = Whole { region: &region, finder: &finder, ends: &ends };
-        let (mut stop, mut lacks) = (None, vec![1.0; axes]);
+        let whole = Whole::of(law, &region, damping)?;
+        let (mut stop, mut lacks) = (None, vec![1.0; region.axes.len()]);
         for kind in [Kind::Returns, Kind::Absent] {
-            let is_of_use = match kind {
-                Kind::Returns => middle + spread > damping[0],
-                _ => middle - spread < damping[1],
-            };
-            if !is_of_use {
-                continue;
+            if whole.is_of_use(kind) {
+                match whole.close(kind, &mut lacks) {
+                    Ok(curve) => self.curves.push(curve),
+                    Err(why) => stop = Some(why),
+                }
             }
-            let side = -kind.sign();
-            let bent = bends.iter().map(|bend| (side * bend).max(0.0)).sum::<f64>();
-            let at = |off: f64| {
-                let found =
-                    finder.closed(kind, middle + side * (bent + off), 0.5 * epsilon * (bent + off))?;
-                whole.curve(found, &slopes)
-            };
-            let first_off = FIRST * size;
-            let first_curve = at(first_off);
-            let Some(lack) = first_curve.ok().and_then(|curve| region.lack(&curve)) else {
-                stop = Some(Stop::TooWide);
-                continue;
-            };
-            lacks = lack.axes;
-            // kappa, and so S(0), rises with the distance; what is beyond S(0) hardly does.
-            let off = |next: f64| (next * lack.ratio * (bent + first_off) - bent).max(least);
-            let few = NEXT
-                .into_iter()
-                .filter(|next| off(*next) < MOST * (damping[1] - damping[0]).max(middle.abs()));
-            match first(Stop::TooWide, few.map(|next| whole.proved(at(off(next))?))) {
+        }
+        if let Some(most) = self.at(Kind::Returns) {
+            match whole.land(most) {
                 Ok(curve) => self.curves.push(curve),
                 Err(why) => stop = Some(why),
             }
         }
-        let returns = self.curves.iter().find(|curve| curve.kind == Kind::Returns);
-        if let Some(most) = returns.map(|curve| curve.c) {
-            let tried = std::iter::once(damping[0]).chain(LANDINGS.map(|share| share * most));
-            let tried = tried.filter(|c| (damping[0]..most).contains(c));
-            let found = tried.map(|c| whole.proved(whole.curve(finder.landing(c)?, &vec![0.0; axes])?));
-            match first(Stop::NotClosed, found) {
-                Ok(curve) => self.curves.push(curve),
-                Err(why) => stop = Some(why),
-            }
-        }
-        let at = |kind: Kind| self.curves.iter().find(|curve| curve.kind == kind).map(|curve| curve.c);
         let width = damping[1] - damping[0];
-        let gap = at(Kind::Absent).zip(at(Kind::Returns)).map_or(width, |(absent, returns)| absent - returns);
-        let over = (middle + spread - damping[1]).max(damping[0] - middle + spread).clamp(0.0, 2.0 * spread);
-        let over = if stop.is_none() { over } else { over.max(gap) };
-        let weight = |axis: usize| {
-            let share =
-                |of: &[f64]| of[axis].abs() / of.iter().map(|x| x.abs()).sum::<f64>().max(f64::MIN_POSITIVE);
-            gap * share(&lacks) + over * share(&slopes)
-        };
-        let cut = (0..axes).max_by(|&one, &two| weight(one).total_cmp(&weight(two)));
-        self.cut = cut.map(|axis| region.axes[axis]);
+        let both = self.at(Kind::Absent).zip(self.at(Kind::Returns));
+        let gap = both.map_or(width, |(absent, returns)| absent - returns);
+        self.cut = whole.best_cut(gap, &lacks, stop.is_some());
         stop.map_or(Ok(()), Err)
+    }
+
+    /// The damping of the curve of a kind.
+    fn at(&self, kind: Kind) -> Option<f64> {
+        self.curves.iter().find(|curve| curve.kind == kind).map(|curve| curve.c)
     }
 }
 
@@ -300,22 +242,128 @@ fn first<T>(mut stop: Stop, all: impl Iterator<Item = Result<T, Stop>>) -> Resul
     Err(stop)
 }
 
-/// What curves over a part are made of: the finders in its middle and at both ends of each axis, with c* there.
+/// What curves over a part are made of: the finders in its middle and at both ends of each axis, and c* there.
 struct Whole<'a> {
     region: &'a Region<'a>,
-    finder: &'a Finder,
-    ends: &'a [[(Finder, f64); 2]],
+    damping: [f64; 2],
+    finder: Finder,
+    ends: Vec<[Finder; 2]>,
+    epsilon: f64,
+    /// c* in the middle, how it changes along the axes, and how it bends.
+    critical: f64,
+    slopes: Vec<f64>,
+    bends: Vec<f64>,
 }
 
-impl Whole<'_> {
+impl<'a> Whole<'a> {
+    fn of(law: &Law, region: &'a Region, damping: [f64; 2]) -> Result<Self, Stop> {
+        let axes = region.axes.len();
+        let at = |axis: usize, z: f64| -> Result<(Finder, f64), Stop> {
+            let mut place = vec![0.0; axes];
+            place.iter_mut().skip(axis).take(1).for_each(|it| *it = z);
+            let column = law.column(&region.point(&place));
+            let finder = Finder::new(&column);
+            let critical = critical(&column, &finder)?;
+            Ok((finder, critical))
+        };
+        let (finder, critical) = at(axes, 0.0)?;
+        let (mut ends, mut slopes, mut bends) = (Vec::new(), Vec::new(), Vec::new());
+        for axis in 0..axes {
+            let [(low, below), (high, above)] = [at(axis, -1.0)?, at(axis, 1.0)?];
+            ends.push([low, high]);
+            slopes.push(0.5 * (above - below));
+            bends.push(0.5 * (above + below) - critical);
+        }
+        let epsilon = region.point(&[]).epsilon;
+        let mut whole = Self { region, damping, finder, ends, epsilon, critical, slopes, bends };
+        whole.widen_drops();
+        Ok(whole)
+    }
+
+    /// A curve starts on its side of the drop over the whole box, on which that is not quite linear.
+    fn widen_drops(&mut self) {
+        let drop = |finder: &Finder| finder.field().drop.hi;
+        let speeds = self.ends.iter().flatten().map(|finder| finder.field().belt_speed);
+        let belt_speed = self.finder.field().belt_speed;
+        let off = speeds.map(|speed| (speed / belt_speed - 1.0).abs()).fold(0.0, f64::max);
+        let moves = self.ends.iter().map(|[low, high]| (drop(high) - drop(low)).abs()).sum::<f64>();
+        let slack = 4.0 * (drop(&self.finder) * off * off + moves * off);
+        for finder in self.ends.iter_mut().flatten().chain([&mut self.finder]) {
+            finder.widen_drop(slack);
+        }
+    }
+
+    /// The least distance of curves from c*.
+    fn least(&self) -> f64 {
+        LEAST * self.critical.abs().max(self.damping[1] - self.damping[0])
+    }
+
+    /// How far c* bends away from its linear part, at least that.
+    fn size(&self) -> f64 {
+        self.bends.iter().map(|bend| bend.abs()).sum::<f64>() + self.least()
+    }
+
+    /// How far c* is from that in the middle.
+    fn spread(&self) -> f64 {
+        self.slopes.iter().map(|slope| slope.abs()).sum::<f64>() + self.size()
+    }
+
+    /// Whether a curve of a kind decides something in the range of dampings.
+    fn is_of_use(&self, kind: Kind) -> bool {
+        match kind {
+            Kind::Returns => self.critical + self.spread() > self.damping[0],
+            _ => self.critical - self.spread() < self.damping[1],
+        }
+    }
+
+    /// The curve of a kind next to c*; tells what each axis lacks.
+    fn close(&self, kind: Kind, lacks: &mut Vec<f64>) -> Result<OneWay, Stop> {
+        let side = -kind.sign();
+        let bent = self.bends.iter().map(|bend| (side * bend).max(0.0)).sum::<f64>();
+        let at = |off: f64| {
+            let (damping, guess) = (self.critical + side * off, 0.5 * self.epsilon * off);
+            self.curve(self.finder.closed(kind, damping, guess)?, &self.slopes)
+        };
+        let first_off = bent + FIRST * self.size();
+        let lack = at(first_off).ok().and_then(|curve| self.region.lack(&curve)).ok_or(Stop::TooWide)?;
+        *lacks = lack.axes;
+        // kappa, and so S(0), rises with the distance; what is beyond S(0) hardly does.
+        let offs = NEXT.map(|next| (next * lack.ratio * first_off).max(bent + self.least()));
+        let most = bent + MOST * (self.damping[1] - self.damping[0]).max(self.critical.abs());
+        let few = offs.into_iter().filter(|off| *off < most);
+        first(Stop::TooWide, few.map(|off| self.proved(at(off)?)))
+    }
+
+    /// The curve that lands at the smallest damping found, below `most`.
+    fn land(&self, most: f64) -> Result<OneWay, Stop> {
+        let tried = std::iter::once(self.damping[0]).chain(LANDINGS.map(|share| share * most));
+        let tried = tried.filter(|c| (self.damping[0]..most).contains(c));
+        let level = vec![0.0; self.slopes.len()];
+        first(Stop::NotClosed, tried.map(|c| self.proved(self.curve(self.finder.landing(c)?, &level)?)))
+    }
+
+    /// The axis along which to cut: what it has of the gap between the curves, and of dampings beyond their range.
+    fn best_cut(&self, gap: f64, lacks: &[f64], has_stopped: bool) -> Option<usize> {
+        let ([lo, hi], spread) = (self.damping, self.spread());
+        let beyond = (self.critical + spread - hi).max(lo - self.critical + spread);
+        let beyond = beyond.clamp(0.0, 2.0 * spread).max(if has_stopped { gap } else { 0.0 });
+        let share = |of: &[f64], axis: usize| {
+            of[axis].abs() / of.iter().map(|x| x.abs()).sum::<f64>().max(f64::MIN_POSITIVE)
+        };
+        let weight = |axis: usize| gap * share(lacks, axis) + beyond * share(&self.slopes, axis);
+        let axes = 0..self.slopes.len();
+        let best = axes.max_by(|&one, &two| weight(one).total_cmp(&weight(two)))?;
+        Some(self.region.axes[best])
+    }
+
     /// The curve over the part that is a given one in its middle, with these slopes of its damping.
     fn curve(&self, found: Found, slopes: &[f64]) -> Result<OneWay, Stop> {
         let middle = &found.curve;
         let along = self.ends.iter().zip(slopes).map(|([low, high], &slope)| {
             // In units of the belt speed.
-            let units = [low, high].map(|(end, _)| self.finder.field().belt_speed / end.field().belt_speed);
-            let low = low.0.again(&found, middle.c - slope)?;
-            let high = high.0.again(&found, middle.c + slope)?;
+            let units = [low, high].map(|end| self.finder.field().belt_speed / end.field().belt_speed);
+            let low = low.again(&found, middle.c - slope)?;
+            let high = high.again(&found, middle.c + slope)?;
             let pieces = low.iter().zip(&high).map(|(low, high)| {
                 let half =
                     |i: usize, axis: usize| short(0.5 * (units[1] * high[i][axis] - units[0] * low[i][axis]));
@@ -343,7 +391,7 @@ mod tests {
 
     fn proved(law: &Law, ranges: &[[f64; 2]], damping: [f64; 2], boxes: usize) -> BoxProof {
         let mut proof = BoxProof::new(law, ranges.to_vec(), damping);
-        proof.refine(boxes, &|| true);
+        proof.refine(boxes, &|_| true);
         proof
     }
 

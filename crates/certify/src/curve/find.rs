@@ -30,6 +30,8 @@ const GROWS: f64 = 1.25;
 const MOST_TRIALS: usize = 60;
 /// Largest number of factors of two between the guess of kappa and a bracket.
 const MOST_DOUBLINGS: usize = 40;
+/// Relative accuracy of kappa: what is left of a gap is small against what kappa turns.
+const ENOUGH: f64 = 1e-10;
 /// kappa of curves that land.
 const LANDING: [f64; 7] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 1e-3];
 /// Relative distance of an inward end from the line: of the size of what kappa turns there.
@@ -327,7 +329,7 @@ impl Finder {
             (log, value) = (next, there);
         }
         let bracket = bracket.filter(|it| it.high.1 < 0.0).ok_or(Stop::NotClosed)?;
-        let found: Result<_, Stop> = falling_root(bracket, 1e-13, |log| Ok(at(log)));
+        let found: Result<_, Stop> = falling_root(bracket, ENOUGH, |log| Ok(at(log)));
         Ok(sign * found?.0.exp())
     }
 

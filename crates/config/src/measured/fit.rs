@@ -186,7 +186,7 @@ impl Measured {
         let is_reduced = self.is_record || has(true) && has(false) || self.in_slip.len() > MOST_READINGS;
         let curve = if is_reduced { self.reduced() } else { None };
         let Some(mut curve) = curve else { return Ok(([of(&self.in_slip), of(&self.at_rest)], None)) };
-        (curve.friction, curve.covariance) = curve.by_rows.clone();
+        (curve.speeds, curve.friction, curve.covariance) = curve.by_rows.clone();
         let knots = curve.speeds.iter().zip(curve.friction.iter()).zip(curve.errors());
         let knots = knots.map(|((&speed, &friction), error)| Reading { speed, friction, error });
         let rest = self.at_breakaway(&self.at_rest, curve.scatter);
@@ -200,9 +200,10 @@ impl Measured {
         let error = fit.errors().last().copied()?;
         match (fit.form.falls(), fit.form.viscous) {
             (true, _) => None,
-            (false, false) => {
-                Some("friction neither falls nor drops: no stick-slip at any damping above 0".into())
-            }
+            (false, false) => Some(
+                "friction neither falls nor drops within its errors: no stick-slip at any damping above 0"
+                    .into(),
+            ),
             (false, true) if rise > SURE * error => Some(format!(
                 "friction rises with the slip speed by {} {}: no stick-slip at any damping",
                 with_error(rise, error),

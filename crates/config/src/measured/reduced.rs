@@ -8,6 +8,8 @@ const FEWEST: usize = 8;
 const FEWEST_SPEEDS: usize = 6;
 /// Least ratio of the largest slip speeds of two directions that are reduced each for itself.
 const AS_FAST: f64 = 0.9;
+/// Number of slip speeds at which the rows are told without a law.
+const TOLD: usize = 40;
 /// Number of times that the difference of two directions is estimated with the curve that follows from it.
 const ROUNDS: usize = 3;
 
@@ -66,6 +68,13 @@ impl Measured {
         Some(curve)
     }
 
+    /// The slip speeds of which there are as many rows between: those of the steps of a staircase.
+    fn told_at(&self, last: f64) -> Vec<f64> {
+        let count = self.in_slip.len();
+        let at = (0..TOLD).map(|i| self.in_slip[(2 * i + 1) * count / (2 * TOLD)].speed);
+        at.filter(|speed| *speed <= last).collect()
+    }
+
     fn curve(&self, rows: &[&Reading], last: f64, aside: Option<&[f64]>) -> Reduced {
         let of = |value: fn(&Reading) -> f64| rows.iter().map(|row| value(row)).collect::<Vec<f64>>();
         let (speeds, friction, errors) = (of(|row| row.speed), of(|row| row.friction), of(|row| row.error));
@@ -81,6 +90,7 @@ impl Measured {
             visits: self.is_record.then_some(&visits[..]),
             aside,
             last,
+            told_at: &self.told_at(last),
         })
     }
 }

@@ -194,7 +194,7 @@ fn laws_that_do_not_fall_are_answers() {
     assert!(law == "constant, viscous" && (values[1] - 5.0).abs() < 0.3, "{law} {values:?}");
     let told = told.unwrap();
     assert!(told.contains("rises with the slip speed by 5.0") && told.contains("no stick-slip"), "{told}");
-    let level: String = (1..=10).map(|i| format!("{},3\n", 0.02 * f64::from(i))).collect();
+    let level: String = (1..=12).map(|i| format!("{},3\n", 0.02 * f64::from(i))).collect();
     let (law, values, at_rest, told) = of(&format!("0,4\n{level}"));
     assert_eq!(
         (law.as_str(), &values[..], at_rest, told),
@@ -202,6 +202,9 @@ fn laws_that_do_not_fall_are_answers() {
     );
     let (law, values, _, told) = of(&level);
     assert!(law == "constant" && values == [3.0] && told.unwrap().contains("neither falls nor drops"));
+    // Six rows that fall are no constant friction.
+    let (law, ..) = of("0.01,3.5\n0.02,3.36\n0.04,3.24\n0.08,3.16\n0.16,3.13\n0.32,3.12\n");
+    assert!(!law.contains("constant"), "{law}");
 }
 
 /// Forces over a normal force are a law in coefficients, for machines with any normal force; without it several normal forces
@@ -379,6 +382,23 @@ fn exact_readings_have_the_true_critical_damping() {
                 truth()
             );
         }
+    }
+}
+
+/// The law of exact readings is found in a record of eight speeds, too, where the curve between them is not known.
+#[test]
+fn the_law_of_an_exact_staircase_is_found() {
+    let row = |i: usize| {
+        let u = 0.005 * 128_f64.powf((i / 8) as f64 / 7.0);
+        format!("{:.2},{u:.5},{:.4}\n", 0.01 * i as f64, friction(u))
+    };
+    let text = format!("t [s],v [m/s],F [N]\n{}", (0..64).map(row).collect::<String>());
+    let measured = Measured::of_bytes("rig.csv", text.as_bytes(), how(MACHINE)).unwrap();
+    let fits = measured.fits(None).unwrap();
+    let fit = fits.chosen();
+    assert_eq!(words_of(fit.form), "exponential, viscous");
+    for ((value, error), truth) in fit.values.iter().zip(fit.errors()).zip([27.0, 15.0, 0.03, 40.0]) {
+        assert!((value - truth).abs() < 2.0 * error && error < 2e-3 * truth, "{value} {error} {truth}");
     }
 }
 

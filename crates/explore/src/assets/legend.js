@@ -23,8 +23,9 @@ export function legend(box, picture, curves, catalogue) {
     if (picture.cells.some(Number.isNaN)) add(NO_NUMBER);
   }
   const named = new Map(curves.map((curve) => [curve.words, curve]));
-  for (const [words, { color, width, dash }] of named) {
-    const line = shape("path", { d: "M2 7.5H24", stroke: color, "stroke-width": 1.6 * width, "stroke-dasharray": dash.join(" ") || null });
+  for (const [words, { color, width, dash, mark }] of named) {
+    const point = () => shape("circle", { cx: 13, cy: 7.5, r: 3.5, fill: "#ffffff", stroke: color });
+    const line = mark ? point() : shape("path", { d: "M2 7.5H24", stroke: color, "stroke-width": 1.6 * width, "stroke-dasharray": dash.join(" ") || null });
     const errors = curves.filter((curve) => curve.words === words).flatMap((curve) => curve.errors);
     const title = `each point is known to ${short(Math.max(...errors), 2)} of the picture's sides`;
     keys.push(element("span", { class: "key", title }, shape("svg", { viewBox: "0 0 26 15", "aria-hidden": "true" }, line), words));

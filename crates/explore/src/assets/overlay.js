@@ -37,6 +37,11 @@ export function draw(svg, rect, scales, state, curves) {
   // The white halos of all curves come first, so that no halo covers a curve.
   for (const [curve, d] of paths) lines.append(shape("path", { class: "halo", d, "stroke-width": 1.6 * curve.width + 2.4 }));
   for (const [curve, d] of paths) {
+    if (curve.mark) {
+      const [x, y] = place(...curve.points[0]);
+      lines.append(shape("circle", { cx: x, cy: y, r: 3.5, fill: "#ffffff", stroke: curve.color }));
+      continue;
+    }
     const dash = curve.dash.map((length) => 1.5 * length).join(" ");
     lines.append(shape("path", { class: "curve", d, stroke: curve.color, "stroke-width": 1.6 * curve.width, "stroke-dasharray": dash || null }));
   }

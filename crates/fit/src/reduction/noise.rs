@@ -22,12 +22,12 @@ fn add(sum: &mut Gram, one: &Row, other: &Row, scale: f64) {
     }
 }
 
-/// The sums of products of the rows for each noise, in which they are independent, with half the logarithm of the determinant.
-/// Those of a table are.
-pub(super) fn grams(rows: &[Row], visits: Option<&[usize]>, rhos: &[f64]) -> Vec<(Gram, f64)> {
+/// The sums of products of the rows for each noise, in which they are independent, with half the logarithm of the determinant,
+/// and whether visits have an error of their own. Those of a table are.
+pub(super) fn grams(rows: &[Row], visits: Option<&[usize]>, rhos: &[f64]) -> Vec<(Gram, f64, bool)> {
     let mut all = Gram::zeros();
     rows.iter().for_each(|row| add(&mut all, row, row, 1.0));
-    let Some(visits) = visits else { return vec![(all, 0.0)] };
+    let Some(visits) = visits else { return vec![(all, 0.0, false)] };
     // Once as one run over the record, once cut where a visit ends.
     let [mut inner, mut inner_cut] = [all; 2];
     let [mut lagged, mut lagged_cut] = [Gram::zeros(); 2];
@@ -58,7 +58,7 @@ pub(super) fn grams(rows: &[Row], visits: Option<&[usize]>, rhos: &[f64]) -> Vec
         let of =
             |lagged: &Gram, inner: &Gram| all - (lagged + lagged.transpose()) * rho + inner * (rho * rho);
         let one = 0.5 * (1.0 - rho * rho).ln();
-        found.push((of(&lagged, &inner), one));
+        found.push((of(&lagged, &inner), one, false));
         if parts.len() < super::FEWEST_VISITS {
             continue;
         }
@@ -83,7 +83,7 @@ pub(super) fn grams(rows: &[Row], visits: Option<&[usize]>, rhos: &[f64]) -> Vec
                 add(&mut gram, sum, sum, -ratio / (1.0 + ratio * told));
                 log -= 0.5 * (ratio * told).ln_1p();
             }
-            found.push((gram, log));
+            found.push((gram, log, true));
         }
     }
     found
@@ -107,9 +107,9 @@ pub(super) fn filtered<'a>(
     ((from..rows.len()).map(of).collect(), visits.map(|visits| &visits[from..]))
 }
 
-/// The coefficients of an autoregression of residuals, less the mean of their visit; their number by Schwarz's
+/// The coefficients of an autoregression of residuals, less the mean of their visit where it has an error of its own; their number by Schwarz's
 /// criterion, the coefficients by the algorithm of Levinson and Durbin.
-pub(super) fn autoregression(residuals: &[f64], visits: &[usize]) -> Vec<f64> {
+pub(super) fn autoregression(residuals: &[f64], visits: &[usize], own: bool) -> Vec<f64> {
     let n = residuals.len() as f64;
     let count = visits.iter().max().map_or(0, |last| last + 1);
     let (mut lengths, mut sums) = (vec![0.0; count], vec![0.0; count]);
@@ -117,7 +117,7 @@ pub(super) fn autoregression(residuals: &[f64], visits: &[usize]) -> Vec<f64> {
         lengths[*visit] += 1.0;
         sums[*visit] += residual;
     }
-    let mean = |visit: usize| if count < super::FEWEST_VISITS { 0.0 } else { sums[visit] / lengths[visit] };
+    let mean = |visit: usize| if own { sums[visit] / lengths[visit] } else { 0.0 };
     let e: Vec<f64> = residuals.iter().zip(visits).map(|(residual, visit)| residual - mean(*visit)).collect();
     lengths.sort_by(f64::total_cmp);
     let median = 0.5 * (lengths[(count - 1) / 2] + lengths[count / 2]);

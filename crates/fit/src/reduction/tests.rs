@@ -32,6 +32,11 @@ fn case(name: &str) -> Case {
             let speeds = visits.iter().map(|visit| 0.005 * 64_f64.powf(*visit as f64 / 8.0)).collect();
             noisy(speeds, 0.05, &[0.6], Some(visits))
         }
+        "memory" => {
+            let visits: Vec<usize> = (0..320).map(|i| i / 8).collect();
+            let speeds = visits.iter().map(|visit| 0.005 * 64_f64.powf(*visit as f64 / 39.0)).collect();
+            noisy(speeds, 0.05, &[0.9], Some(visits))
+        }
         "ramps" => {
             let speeds = numbers(400).map(|i| 0.001 + 0.4 * (i / 200.0).min(2.0 - i / 200.0)).collect();
             noisy(speeds, 0.05, &[0.5, 0.35], Some((0..400).map(|i| usize::from(i > 200)).collect()))
@@ -46,7 +51,7 @@ fn case(name: &str) -> Case {
 
 fn rows((speeds, friction, visits): &Case) -> Rows<'_> {
     let last = speeds.iter().copied().fold(0.0, f64::max);
-    Rows { speeds, friction, errors: None, visits: visits.as_deref(), aside: None, last }
+    Rows { speeds, friction, errors: None, visits: visits.as_deref(), aside: None, last, told_at: &[] }
 }
 
 fn of(case: &Case) -> Reduced {

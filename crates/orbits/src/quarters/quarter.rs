@@ -1,5 +1,6 @@
 //! One quarter of a closed orbit: the law that it follows, and where it starts.
 
+use crate::dop853::STAGES;
 use slipmap_model::corners::{LEAST_STEP, Layers};
 use slipmap_model::friction::{Curve, ExponentialFall, Range, Weakening};
 use slipmap_numbers::TimesPlus as _;
@@ -191,7 +192,9 @@ impl Quarter<'_> {
         // balance from there towards the start, and how far braking has slowed the quarter on the way.
         let mut late: Option<(Start, f64, f64)> = None;
         let (mut fastest, mut slowed, mut braking_before) = (0.0_f64, 0.0, 0.0_f64);
-        while beyond > layer {
+        // A search that takes as much as following it is not worth while.
+        let most_samples = u64::from(self.most_steps) * STAGES as u64;
+        while beyond > layer && rhs < most_samples {
             let here = braking(beyond);
             rhs += 1;
             let speed = if here > 0.0 { (radius - beyond) / here } else { f64::INFINITY };

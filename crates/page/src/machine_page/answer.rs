@@ -51,7 +51,7 @@ pub(super) fn in_words(all: &Assessment, written: &Written) -> Rich {
     }
 }
 
-/// " At this damping it stick-slips by itself up to 15 rpm, after a knock up to 154 rpm.", of some belt speeds or of all;
+/// "At this damping it stick-slips by itself up to 15 rpm, after a knock up to 154 rpm.", of some belt speeds or of all;
 /// empty where the speeds at which it does are not one interval from the least on.
 pub(super) fn over_speeds(all: &Assessment, written: &Written, speeds: Option<[f64; 2]>) -> Rich {
     let unit = Unit::of(&all.machine, written, "belt_speed");
@@ -77,8 +77,8 @@ pub(super) fn over_speeds(all: &Assessment, written: &Written, speeds: Option<[f
     let number = |value: f64| unit.unnamed().number(value, 3);
     let range = number(least).then(" to ").then(number(most)).with_unit(unit.name);
     let begins = match speeds {
-        Some(_) => rich(" From ").then(range).then(" at this damping it stick-slips"),
-        None => rich(" At this damping it stick-slips"),
+        Some(_) => rich("From ").then(range).then(" at this damping it stick-slips"),
+        None => rich("At this damping it stick-slips"),
     };
     if may.value() <= least {
         return begins.then(" at none.");
@@ -104,14 +104,11 @@ pub(super) fn uncertainty(all: &Assessment, written: &Written, risk: Option<&Ris
             format!("between {low} and {high} %, as {failed} of {} draws have no answer", risk.draws + failed)
         }
     };
-    let begins = if all.is_left_open() {
-        " It may"
-    } else {
-        " That is for the nominal values. With their spreads it may"
-    };
-    let by_itself = format!(", and vibrates by itself with one of {} %", percent(risk.by_itself.value));
-    let probability =
-        rich(begins).then(" stick-slip with a probability ").then(rich(&share)).then(rich(&by_itself));
+    let begins =
+        if all.is_left_open() { " It" } else { "That is for the nominal values. With their spreads it" };
+    let by_itself =
+        format!(" vibrates by itself with a probability of {} %, and may", percent(risk.by_itself.value));
+    let probability = rich(begins).then(rich(&by_itself)).then(" stick-slip with one ").then(rich(&share));
     let rarest = risk.rare_by.iter().rev().find_map(|rare| Some((rare.probability, rare.damping.as_ref()?)));
     match rarest {
         // Without damping the probability is smaller still.
@@ -119,7 +116,7 @@ pub(super) fn uncertainty(all: &Assessment, written: &Written, risk: Option<&Ris
         Some((share, damping)) => {
             let damping = Unit::of(&all.machine, written, "damping").number(damping.value, 3);
             let share = Rich::number(100.0 * share, 2);
-            probability.then("; above ").then(damping).then(" it is below ").then(share).then(" %.")
+            probability.then("; above ").then(damping).then(" that is below ").then(share).then(" %.")
         }
         None => probability.then("."),
     }

@@ -4,7 +4,8 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 use super::units::{Unit, Written};
-use crate::{curves, palette};
+use crate::curves::{self, Parts, along_curves};
+use crate::palette;
 use slipmap_column::bifurcation::Bifurcation;
 use slipmap_column::{Method, Regime};
 use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
@@ -16,7 +17,7 @@ use slipmap_figure::style;
 use slipmap_figure::text::{Rich, capital, rich};
 use slipmap_machine::assessment::{Assessment, Statement};
 use slipmap_machine::{Dimension, Friction, Model};
-use slipmap_map::{Control, Each, Field, Grid, Plan, Plane, PlaneCurve, PlaneCurves, TileData};
+use slipmap_map::{Control, Each, Field, Grid, Plan, Plane, PlaneCurves, TileData};
 
 /// Number of belt speeds of the regime figure.
 const NODES: usize = 51;
@@ -62,70 +63,6 @@ const DECADES: f64 = 8.0;
 
 /// Parts of the cells across and up, by which areas follow the curves between them.
 const PARTS: [usize; 2] = [8, 4];
-
-/// Shares of the height at which a curve is at a share of the width.
-fn heights(panel: &Panel, line: &PlaneCurve, across: f64) -> Vec<f64> {
-    let points: Vec<[f64; 2]> = line.points.iter().map(|p| [panel.x.unit(p.x), panel.y.unit(p.y)]).collect();
-    let at = |pair: &[[f64; 2]]| {
-        let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
-        ((x0 <= across) != (x1 <= across)).then(|| y0 + (y1 - y0) * (across - x0) / (x1 - x0))
-    };
-    points.windows(2).filter_map(at).collect()
-}
-
-/// Columns of cells in finer ones, in which a change of the code up a column lies on the curve that passes between its two
-/// nodes, and halfway where none does.
-fn along_curves(panel: &Panel, cells: &[Vec<i8>], lines: &[PlaneCurve]) -> Vec<Vec<i8>> {
-    let at =
-        |across: f64| -> Vec<Vec<f64>> { lines.iter().map(|line| heights(panel, line, across)).collect() };
-    let nearest = |heights: &[f64], to: f64| {
-        heights.iter().copied().min_by(|a, b| (a - to).abs().total_cmp(&(b - to).abs()))
-    };
-    let (last, rows) = ((NODES - 1) as f64, (DAMPINGS - 1) as f64);
-    // The changes of a column: the share of the height, the code above, and the curve.
-    let changes = |(i, codes): (usize, &Vec<i8>)| -> Vec<(f64, i8, Option<usize>)> {
-        // The curves begin and end with the panel.
-        let here = at((i as f64 / last).clamp(4e-4, 1.0 - 1e-9));
-        let change = |j: usize| {
-            let middle = (j as f64 + 0.5) / rows;
-            let between = |(k, heights): (usize, &Vec<f64>)| {
-                let height = nearest(heights, middle)?;
-                ((height - middle).abs() <= 0.501 / rows).then_some((height, codes[j + 1], Some(k)))
-            };
-            here.iter().enumerate().find_map(between).unwrap_or((middle, codes[j + 1], None))
-        };
-        (0..codes.len() - 1).filter(|&j| codes[j] != codes[j + 1]).map(change).collect()
-    };
-    let changes: Vec<_> = cells.iter().enumerate().map(changes).collect();
-    let column = |k: usize| {
-        let across = (k as f64 + 0.5) / (PARTS[0] as f64 * last);
-        let here = at(across);
-        let moved = |i: usize| -> (bool, Vec<(f64, i8)>) {
-            let height = |(height, _, line): &(f64, i8, Option<usize>)| nearest(&here[(*line)?], *height);
-            let follows = changes[i].iter().all(|change| height(change).is_some());
-            (
-                follows,
-                changes[i].iter().map(|change| (height(change).unwrap_or(change.0), change.1)).collect(),
-            )
-        };
-        // A curve may leave the panel between this node and the next: the one with more of them tells.
-        let (near, left) = ((across * last).round() as usize, (across * last) as usize);
-        let far = 2 * left + 1 - near;
-        let (node, ends) = match moved(far) {
-            (true, ends) if ends.len() > changes[near].len() => (far, ends),
-            _ => (near, moved(near).1),
-        };
-        let code = |row: usize| {
-            let height = (row as f64 + 0.5) / (PARTS[1] as f64 * rows);
-            ends.iter().rev().find(|(end, _)| *end <= height).map_or(cells[node][0], |(_, code)| *code)
-        };
-        (0..PARTS[1] * (DAMPINGS - 1)).map(code).collect()
-    };
-    match cells.len() {
-        NODES => (0..PARTS[0] * (NODES - 1)).map(column).collect(),
-        _ => Vec::new(),
-    }
-}
 
 /// The range of an axis that shows some values, with room beside them: from 0, or logarithmic where they differ by
 /// more than [`DECADES`] and none is 0.
@@ -184,7 +121,9 @@ pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene
     };
     let x = in_units(speeds_shown(all), units.velocity, &speed);
     let y = in_units(dampings_shown(all), units.damping, &damping);
-    let (velocity, friction) = (label(&machine.motion.words(BELT_SPEED), &speed), label("damping", &damping));
+    let log = |scale: Scale| if scale.log { " (log scale)" } else { "" };
+    let velocity = label(&machine.motion.words(BELT_SPEED), &speed).then(log(x));
+    let friction = label("damping", &damping).then(log(y));
     let mut scene = Scene::new(FIGURE, 0.0);
     let labels = Panel::y_labels_width(y, height);
     let left = left_margin(labels);
@@ -213,11 +152,9 @@ pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene
             kinds.extend([Bifurcation::Crossing, Bifurcation::Fold]);
         }
         let lines = PlaneCurves::of_kinds(&kinds, &grid, plane, &AtomicBool::new(false));
-        let cells = along_curves(&panel, &regimes_over(&grid).unwrap_or_default(), &lines.curves);
-        let edges = |scale: Scale, of: usize| -> Vec<f64> {
-            (0..=of).map(|i| scale.value(i as f64 / of as f64)).collect()
-        };
-        let edges = [edges(x, PARTS[0] * (NODES - 1)), edges(y, PARTS[1] * (DAMPINGS - 1))];
+        let shares = [NODES, DAMPINGS].map(|number| nodes(number).collect::<Vec<f64>>());
+        let cells = regimes_over(&grid).unwrap_or_default();
+        let Parts { edges, cells } = along_curves(&panel, &cells, &shares, PARTS, &lines.curves);
         for kind in palette::regimes() {
             let inside = |i: usize, j: usize| cells.get(i).is_some_and(|column| column[j] == kind.code);
             let areas = outlines(&panel, &edges[0], &edges[1], inside);
@@ -341,31 +278,7 @@ mod tests {
     use crate::machine_page::tests::example;
     use slipmap_machine::Machine;
     use slipmap_machine::assessment::assess;
-    use slipmap_map::PlanePoint;
     use slipmap_model::friction::{Law, Table};
-
-    /// A line through the panel that leaves it at the top and at the bottom: every finer cell has the code of its side.
-    #[test]
-    fn areas_follow_the_curve_between_them() {
-        let rect = Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
-        let panel = Panel { rect, x: Scale::linear(0.0, 1.0), y: Scale::linear(0.0, 1.0) };
-        for slope in [0.3, 3.0, 40.0, -7.0] {
-            let height = |x: f64| 0.51 + slope * (x - 0.493);
-            let code = |x: f64, y: f64| i8::from(y > height(x));
-            let at = |i: usize, of: usize| i as f64 / (of - 1) as f64;
-            let column = |i| (0..DAMPINGS).map(|j| code(at(i, NODES), at(j, DAMPINGS))).collect();
-            let cells: Vec<Vec<i8>> = (0..NODES).map(column).collect();
-            let points = [-0.001, 1.001].map(|x| PlanePoint { x, y: height(x), error: 0.0 }).into();
-            let fine = along_curves(&panel, &cells, &[PlaneCurve { bifurcation: Bifurcation::Hopf, points }]);
-            let size = [fine.len(), fine[0].len()].map(|number| number as f64);
-            for (i, column) in fine.iter().enumerate() {
-                for (j, found) in column.iter().enumerate() {
-                    let [x, y] = [(i as f64 + 0.5) / size[0], (j as f64 + 0.5) / size[1]];
-                    assert!(*found == code(x, y) || (y - height(x)).abs() < 1e-9, "{slope}: {x} {y}");
-                }
-            }
-        }
-    }
 
     #[test]
     fn the_regimes_end_where_the_data_do() {

@@ -114,12 +114,10 @@ fn given_friction(all: &Assessment, written: &Written, uncertain: &[Uncertain]) 
             let rest = number("static_friction", of.static_friction);
             let kinetic = number("kinetic_friction", of.kinetic_friction);
             let width = number("stribeck_velocity", of.stribeck_velocity);
+            let words = machine.words_of_friction().trim_start_matches("coefficient of ");
             let mut lines = vec![
                 line("friction law", Rich::foreign(law.name())),
-                line(
-                    &format!("{} at rest, kinetic", machine.words_of_friction()),
-                    rest.then(", ").then(kinetic),
-                ),
+                line(&format!("{words} at rest, kinetic"), rest.then(", ").then(kinetic)),
             ];
             if Coefficients::names(law).any(|name| name == "stribeck_velocity") {
                 lines.push(line("Stribeck velocity", width));
@@ -490,14 +488,16 @@ fn risk_lines(all: &Assessment, written: &Written, risk: &Risk) -> Vec<Line> {
         value.then(interval).with_unit(unit.name)
     };
     let noun = if risk.draws == 1 { "draw" } else { "draws" };
-    let mut lines = vec![(
-        rich("probability that it may stick-slip (95 % limits)"),
-        rich(&percentage(&risk.probability)).then(rich(&format!(", {} {noun}", risk.draws))),
-    )];
-    lines.push((
-        rich("probability that it vibrates by itself: steady slip is unstable"),
-        rich(&percentage(&risk.by_itself)),
-    ));
+    let mut lines = vec![
+        (
+            rich("probability that it vibrates by itself: steady slip is unstable"),
+            rich(&percentage(&risk.by_itself)),
+        ),
+        (
+            rich("probability that it may stick-slip (95 % limits)"),
+            rich(&percentage(&risk.probability)).then(rich(&format!(", {} {noun}", risk.draws))),
+        ),
+    ];
     if risk.critical_damping_error > risk.standard_error.unwrap_or(0.0) {
         let error = unit.number(risk.critical_damping_error, 2);
         lines.push((rich("largest error met of a draw's critical damping"), error));

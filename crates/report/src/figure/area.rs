@@ -3,7 +3,8 @@
 use ndarray::Array2;
 
 use super::bifurcations::{self, places};
-use super::slice::Slice;
+use super::slice::{Slice, drawn};
+use slipmap_column::Regime;
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
 use slipmap_figure::data::{Data, Values};
 use slipmap_figure::legend::{Legend, Sample};
@@ -14,7 +15,7 @@ use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::PlaneCurves;
 use slipmap_numbers::text::count;
-use slipmap_page::curves::{EXACT, HALO};
+use slipmap_page::curves::{EXACT, HALO, Parts, along_curves};
 use slipmap_page::palette::{self, Kind};
 use slipmap_page::units::Label;
 
@@ -28,7 +29,12 @@ pub enum Layer {
 }
 
 /// Points with a name for the legend.
-pub type Marks = (String, Vec<[f64; 2]>);
+#[derive(Clone, Debug)]
+pub struct Marks {
+    pub name: String,
+    /// Across and upwards, in the units of the figure.
+    pub points: Vec<[f64; 2]>,
+}
 
 /// A panel's contents.
 #[derive(Debug)]
@@ -43,7 +49,9 @@ pub struct Area<'a> {
     /// The critical damping of the method whose panel it is, at the nodes of the horizontal axis.
     pub own_edge: Vec<(f64, f64)>,
     /// Points of other origin.
-    pub marks: Option<&'a Marks>,
+    pub marks: &'a [Marks],
+    /// The regimes of numbers that only some of them have.
+    pub regimes: Option<Array2<i8>>,
     pub title: Rich,
 }
 
@@ -58,7 +66,8 @@ impl<'a> Area<'a> {
             curves: None,
             exact: None,
             own_edge: Vec::new(),
-            marks: None,
+            marks: &[],
+            regimes: None,
             title,
         }
     }
@@ -83,6 +92,15 @@ const NO_NUMBER: Fill = palette::UNDECIDED;
 /// rectangle.
 const COLOURS: f64 = 128.0;
 const BAR_WIDTH: f64 = 8.0;
+/// The looks of points of other origin, of one series after the other.
+const MARKS: [(Marker, &str); 6] = [
+    (Marker::Circle, style::VERMILION),
+    (Marker::Square, style::BLACK),
+    (Marker::Triangle, style::GREEN),
+    (Marker::Diamond, style::PURPLE),
+    (Marker::TriangleDown, style::ORANGE),
+    (Marker::Circle, style::BLUE),
+];
 
 /// The colour scale of real numbers, common to all panels.
 #[derive(Clone, Copy, Debug)]
@@ -194,9 +212,17 @@ fn draw_cells(
     let [x_edges, y_edges] = area.slice.edges();
     match &area.layer {
         Layer::Codes(cells, kinds) => {
+            // The verdicts of methods change elsewhere.
+            let is_regime = kinds.iter().any(|kind| kind.name == Regime::Bistable.name());
+            let fine = if is_regime { finer(panel, area, cells) } else { None };
             let mut fill = |scene: &mut Scene, wrong: bool| {
                 for kind in kinds.iter().filter(|kind| palette::is_wrong(kind.fill) == wrong) {
-                    let areas = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] == kind.code);
+                    let areas = match &fine {
+                        Some(Parts { edges: [x, y], cells }) => {
+                            outlines(panel, x, y, |i, j| cells[i][j] == kind.code)
+                        }
+                        None => outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] == kind.code),
+                    };
                     if !areas.is_empty() {
                         scene.area(&areas, kind.fill);
                         used.push(kind.code);
@@ -214,10 +240,19 @@ fn draw_cells(
             if let Some(colours) = colours {
                 draw_pixels(scene, panel, (&x_edges, &y_edges), cells, colours);
             }
-            let empty = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]].is_nan());
-            if !empty.is_empty() {
-                scene.area(&empty, NO_NUMBER);
-                legend.add(Sample::Area(NO_NUMBER), rich("no number"));
+            for (kind, fill, words) in [
+                (Empty::Always, palette::PRESENT, "vibrates without a kick"),
+                (Empty::Never, palette::ABSENT, "no kick starts it"),
+                (Empty::Unknown, NO_NUMBER, if area.regimes.is_some() { "not known" } else { "no number" }),
+            ] {
+                let empty = outlines(panel, &x_edges, &y_edges, |i, j| {
+                    let regime = area.regimes.as_ref().map(|regimes| regimes[[i, j]]);
+                    cells[[i, j]].is_nan() && Empty::of(regime) == kind
+                });
+                if !empty.is_empty() {
+                    scene.area(&empty, fill);
+                    legend.add(Sample::Area(fill), rich(words));
+                }
             }
             if colours.is_some_and(|colours| colours.two_sided) {
                 // In greyscale both sides look alike.
@@ -226,6 +261,43 @@ fn draw_cells(
                 scene.area(&negative, fill);
                 legend.add(Sample::Area(fill), rich("negative"));
             }
+        }
+    }
+}
+
+/// Number of parts of the width and the height of a panel, at least, between which areas follow the curves.
+const FINE: usize = 400;
+
+/// Regimes between the nodes, by the curves at which they change; `None` where there are none.
+fn finer(panel: &Panel, area: &Area, cells: &Array2<i8>) -> Option<Parts> {
+    let curves = area.curves.as_ref().filter(|curves| !curves.curves.is_empty())?;
+    let scales = [panel.x, panel.y];
+    let axes = area.slice.axes().map(drawn);
+    let shares: [Vec<f64>; 2] =
+        std::array::from_fn(|i| axes[i].iter().map(|value| scales[i].unit(*value)).collect());
+    let codes: Vec<Vec<i8>> = cells.outer_iter().map(|column| column.to_vec()).collect();
+    let parts = [0, 1].map(|i| FINE.div_ceil(shares[i].len().saturating_sub(1).max(1)));
+    let fine = along_curves(panel, &codes, &shares, parts, &curves.curves);
+    (!fine.cells.is_empty()).then_some(fine)
+}
+
+/// Why a cell has no kick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Empty {
+    Always,
+    Never,
+    Unknown,
+}
+
+impl Empty {
+    /// By the code of the regime.
+    fn of(regime: Option<i8>) -> Self {
+        let regime = regime.and_then(|code| Regime::ALL.into_iter().find(|regime| regime.code() == code));
+        match regime {
+            None | Some(Regime::Failed | Regime::Neutral) => Empty::Unknown,
+            Some(Regime::Equilibrium) => Empty::Never,
+            Some(regime) if !regime.attractors().equilibrium => Empty::Always,
+            Some(_) => Empty::Unknown,
         }
     }
 }
@@ -257,22 +329,23 @@ fn draw_lines(scene: &mut Scene, panel: &Panel, area: &Area, legend: &mut Legend
         let over_numbers = matches!(area.layer, Layer::Reals(_));
         bifurcations::draw(scene, panel, curves, legend, over_numbers);
     }
-    if let Some((name, points)) = area.marks {
+    for (number, Marks { name, points }) in area.marks.iter().enumerate() {
+        let (marker, colour) = MARKS[number % MARKS.len()];
         // From the units of the figure to those of the map.
         let [across, up] = area.slice.axes().map(|axis| area.slice.view.axis(axis).factor);
         let places = points.iter().map(|[x, y]| panel.place(x / across, y / up));
         for place in places.filter(|place| panel.rect.contains(*place)) {
-            scene.marker(Marker::Circle, place, 4.6, style::WHITE, true);
-            scene.marker(Marker::Circle, place, 3.2, style::VERMILION, true);
+            scene.marker(marker, place, 4.6, style::WHITE, true);
+            scene.marker(marker, place, 3.2, colour, true);
         }
-        legend.add(Sample::Mark(Marker::Circle, style::VERMILION, true), Rich::foreign(name));
+        legend.add(Sample::Mark(marker, colour, true), Rich::foreign(name));
     }
 }
 
 impl Area<'_> {
     /// "2 of 3 marks lie outside the figure; write V, then c, in these units", if any do.
     pub(super) fn marks_outside(&self) -> Option<String> {
-        let (_, points) = self.marks?;
+        let points: Vec<[f64; 2]> = self.marks.iter().flat_map(|marks| marks.points.clone()).collect();
         let [x_edges, y_edges] = self.slice.edges();
         let [across, up] = self.slice.axes().map(|axis| self.slice.view.axis(axis));
         let is_inside = |edges: &[f64], at: f64| (edges[0]..=edges[edges.len() - 1]).contains(&at);

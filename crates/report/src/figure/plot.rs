@@ -21,6 +21,7 @@ use slipmap_figure::style;
 use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
+use slipmap_machine::Friction;
 use slipmap_map::dataset::auxiliary::{PROBABILITIES, PROBABILITY};
 use slipmap_map::{Field, Plane, PlaneCurves};
 use slipmap_numbers::text::short;
@@ -47,8 +48,8 @@ pub struct Plot<'a> {
     /// Whether to find the curves of codimension one if the map does not store them; those that it stores are
     /// drawn in any case.
     pub curves: bool,
-    /// Points of other origin, marked over a plane: in the units of its axes, with their name.
-    pub marks: Option<&'a Marks>,
+    /// Points of other origin, marked over a plane: in the units of its axes, with their names.
+    pub marks: &'a [Marks],
     pub width: Width,
 }
 
@@ -85,7 +86,7 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
             }
             let mut plotted = over_axis(view, plot, shown)?;
             let [shown, other] = [shown, other].map(|axis| &axes[axis].name);
-            let without = if plot.marks.is_some() { ", without marks" } else { "" };
+            let without = if !plot.marks.is_empty() { ", without marks" } else { "" };
             plotted.notes.push(format!("{other} has one node: drawn over {shown} alone{without}"));
             Ok(plotted)
         }
@@ -116,8 +117,16 @@ pub(crate) fn over_nodes(
     let (at, variables): (Vec<At>, Vec<String>) =
         (at.collect(), variable.map(str::to_owned).into_iter().collect());
     let (x, y) = (&axes[x].name, Some(axes[y].name.as_str()));
-    let wanted =
-        Plot { x, y, at: &at, variables: &variables, panels: None, curves: false, marks: None, width };
+    let wanted = Plot {
+        x,
+        y,
+        at: &at,
+        variables: &variables,
+        panels: None,
+        curves: view.finds_curves(variable),
+        marks: &[],
+        width,
+    };
     figure(view, name, &wanted)
 }
 
@@ -230,15 +239,26 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
             None => Layer::Reals(slice.reals(variable)?),
         };
         let errors = slice.errors(variable)?;
+        let is_kick =
+            map.has("regime") && Field::of_variable(variable).is_some_and(|(field, _)| field == Field::Basin);
+        let regimes = if is_kick { Some(slice.codes("regime")?) } else { None };
         let plane = slice.plane();
         let curves = stored(map, &plane)
             .or_else(|| plot.curves.then(|| PlaneCurves::of(map.grid(), plane, &AtomicBool::new(false))));
         let exact = (curves.is_none() && variable.starts_with("verdict_")).then(|| boundary(&slice));
-        areas.push(Area { errors, curves, exact, marks: plot.marks, title, ..Area::new(slice, layer) });
+        areas.push(Area {
+            errors,
+            curves,
+            exact,
+            regimes,
+            marks: plot.marks,
+            title,
+            ..Area::new(slice, layer)
+        });
     }
     let first = &areas[0];
     let at = view.held(&first.slice.index, &shown);
-    let heading = join([label.name.clone(), at.clone()]);
+    let heading = join([named(view, label.name.clone()), at.clone()]);
     let scene = area::draw(&areas, &heading, &label, variable.starts_with("margin_"), plot.width);
     let mut caption = label
         .name
@@ -279,6 +299,20 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         ));
     }
     Ok(Plotted { scene, caption, data, held, thinned, curves, notes })
+}
+
+/// What is drawn, of a machine with its title and the values of the names in its formula.
+fn named(view: &View, what: Rich) -> Rich {
+    let grid = view.map.grid();
+    let (Some(machine), Some(title)) = (grid.machine(), view.map.text("title")) else { return what };
+    let of_formula: Vec<&str> = match &machine.friction {
+        Friction::Formula(formula, _) => formula.parameters().iter().map(|of| of.name).collect(),
+        _ => Vec::new(),
+    };
+    let values = grid.fixed().into_iter().filter(|(name, _)| of_formula.contains(name));
+    let values =
+        values.map(|(name, value)| Rich::foreign(&format!("{name} = ")).then(Rich::number(value, 4)));
+    join(std::iter::once(Rich::foreign(title).then(": ").then(what)).chain(values))
 }
 
 /// A note for each requested value of an axis that was replaced by the nearest node.

@@ -161,7 +161,7 @@ fn over_one_axis(
         };
         let at: Vec<At> = axes.iter().enumerate().filter(|(i, _)| *i != over).map(at).collect();
         let (x, variables) = (&axes[over].name, &variables[..]);
-        let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, marks: None, width };
+        let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, marks: &[], width };
         let name = match other == 0 || over == 0 {
             true => format!("slice-{x}"),
             false => format!("slice-{x}{}", epsilon_name(&axes[0], epsilon)),
