@@ -164,6 +164,20 @@ def the_machine_of_a_file_is_explored_without_a_program(session):
     assert told.returncode == 0 and json.loads(told.stdout)["regime"] == regime, told.stderr
 
 
+def a_table_in_any_encoding_is_taken(session):
+    page = session.open_file(session.write(str(CONFIG)))
+    explore.drawn(page)
+    page.get_by_label("Friction law").first.select_option("table")
+    explore.wait(page, "location.hash.includes('law=table')")
+    for encoding in ("windows-1252", "utf-8", "utf-16"):
+        rows = "v [m/s];µ [-]\n" + "".join(f"{u};{mu}\n" for u, mu in zip((0, 0.02, 0.1, 1), (0.4, 0.3, len(encoding) / 50, 0.2)))
+        table = {"name": "rig.csv", "mimeType": "text/csv", "buffer": rows.replace(".", ",").encode(encoding)}
+        page.get_by_label("Table of slip speed and friction").set_input_files(table)
+        expect(page.get_by_label("Slip speed and friction, row by row")).to_have_value(rows.replace(".", ","))
+        expect(page.locator("#law-editor .problem")).to_have_text("")
+    page.context.close()
+
+
 def work_is_given_up_for_other_work(session):
     page = session.open_file(session.write(), explore.FORMULA)
     explore.drawn(page)
@@ -226,6 +240,7 @@ def nothing_is_requested(session):
 
 TESTS = [
     the_machine_of_a_file_is_explored_without_a_program,
+    a_table_in_any_encoding_is_taken,
     work_is_given_up_for_other_work,
     a_trap_ends_one_worker,
     answers_are_those_of_the_program,

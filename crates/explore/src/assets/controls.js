@@ -10,6 +10,16 @@ const EXAMPLE_OF_MACHINE = "muk + (mus - muk)*exp(-u/vs)";
 const COEFFICIENTS = { muk: 0.25, mus: 0.4, vs: 0.05 };
 const OWN = [["expression", "your formula"], ["table", "your measurement"]];
 
+// The text of a file: in UTF-16 that says so, in UTF-8, or in the encoding of old spreadsheets.
+function text_of(bytes) {
+  const mark = new Uint8Array(bytes.slice(0, 2)).join();
+  try {
+    return new TextDecoder({ "255,254": "utf-16le", "254,255": "utf-16be" }[mark] ?? "utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
+  }
+}
+
 export class Controls {
   constructor(app, catalogue) {
     const find = (id) => document.getElementById(id);
@@ -328,7 +338,9 @@ export class Controls {
       this.app.complain(new Error(`${file.name} is longer than 900 kB, and no measured friction`));
       return;
     }
-    const table = await file.text();
+    const table = text_of(await file.arrayBuffer());
+    // The editor has another text afterwards.
+    this.built = "";
     // Rows at one slip speed are averaged when the table is read, but for two rows at rest: the larger one holds.
     const rows = table.split("\n").map((line) => line.split(",")).filter(([u]) => u?.trim() !== "" && Number.isFinite(Number(u)));
     const at_rest = rows.filter(([u]) => Number(u) === 0);
