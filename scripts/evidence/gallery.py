@@ -28,6 +28,15 @@ PUBLISHED = [0, 0, 0, 0, 0, 0.0132, 0.08, 0.1478, 0.213, 0.2776, 0.3544, 0.4202,
 STARTS = 5000
 
 
+def runge_kutta(field, step, *state):
+    """The state after a step of the classical Runge-Kutta method."""
+    k1 = field(*state)
+    k2 = field(*(x + step / 2 * k for x, k in zip(state, k1)))
+    k3 = field(*(x + step / 2 * k for x, k in zip(state, k2)))
+    k4 = field(*(x + step * k for x, k in zip(state, k3)))
+    return tuple(x + step / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4))
+
+
 def area(belt, top, steps=20000):
     """Area inside the slip cycle whose largest velocity is `top`, within x in [-2, 2] and x' in [0, 2]."""
 
@@ -38,14 +47,7 @@ def area(belt, top, steps=20000):
     x, v = -2 * XI * top + 0.5 + 0.5 * math.exp(-(belt - top) / 0.5), top
     total = 0.0
     for step in range(steps):
-        k1 = field(x, v)
-        k2 = field(x + h / 2 * k1[0], v + h / 2 * k1[1])
-        k3 = field(x + h / 2 * k2[0], v + h / 2 * k2[1])
-        k4 = field(x + h * k3[0], v + h * k3[1])
-        new = (
-            x + h / 6 * (k1[0] + 2 * k2[0] + 2 * k3[0] + k4[0]),
-            v + h / 6 * (k1[1] + 2 * k2[1] + 2 * k3[1] + k4[1]),
-        )
+        new = runge_kutta(field, h, x, v)
         if step > steps // 2 and new[1] > 0 and field(*new)[1] <= 0:
             break
         inside = [min(max(value, -2), 2) for value in (x, new[0])], [min(max(value, 0), 2) for value in (v, new[1])]
@@ -66,14 +68,7 @@ def share_by_its_rule(belt, starts=6000, step=0.02):
         def field(x, v):
             return v, -x - 2 * XI * v - side * (0.5 + 0.5 * np.exp(-np.abs(v - belt) / 0.5))
 
-        k1 = field(x, v)
-        k2 = field(x + step / 2 * k1[0], v + step / 2 * k1[1])
-        k3 = field(x + step / 2 * k2[0], v + step / 2 * k2[1])
-        k4 = field(x + step * k3[0], v + step * k3[1])
-        new = (
-            x + step / 6 * (k1[0] + 2 * k2[0] + 2 * k3[0] + k4[0]),
-            v + step / 6 * (k1[1] + 2 * k2[1] + 2 * k3[1] + k4[1]),
-        )
+        new = runge_kutta(field, step, x, v)
         # On the belt line friction holds where the spring and the damper pull less than 1.
         meets = (new[1] - belt) * side <= 0
         stuck = (stuck | meets) & (np.abs(x + 2 * XI * belt) < 1)
@@ -95,11 +90,7 @@ def lugre():
 
     step, state, rises = 2e-5, (0.0, 0.0, 0.0), []
     for count in range(round(16 / step)):
-        k1 = field(*state)
-        k2 = field(*(x + step / 2 * k for x, k in zip(state, k1)))
-        k3 = field(*(x + step / 2 * k for x, k in zip(state, k2)))
-        k4 = field(*(x + step * k for x, k in zip(state, k3)))
-        new = tuple(x + step / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4))
+        new = runge_kutta(field, step, *state)
         if state[1] < 0.05 <= new[1]:
             rises.append(step * (count + (0.05 - state[1]) / (new[1] - state[1])))
         state = new

@@ -96,16 +96,13 @@ fn coulomb(point: &Point, damping: Double2) -> Option<Exact> {
     }
     let w = (Double2::from(1.0) - h * h).sqrt();
     let (even, odd) = (Double2::from(point.belt_speed), (h * point.belt_speed - drop) / w);
-    // x2' = exp(-h t) (p cos w t + q sin w t); it vanishes where tan w t = -p / q, the second time after the start.
+    // x2' = exp(-h t) (p cos w t + q sin w t) vanishes where tan w t = -p / q: at the minimum, and half a turn later.
     let (p, q) = (odd * w - even * h, -(even * w) - odd * h);
-    let first = (-p.value()).atan2(q.value()).rem_euclid(std::f64::consts::PI);
-    let half = TAU * 0.5;
-    // At the start x2' = -drop: without a drop the first of the zeros is the start itself.
-    let turns = if first > 1e-9 && drop > 0.0 { 1.0 } else { 2.0 };
-    let mut angle = Double2::from(first) + half * turns;
-    if drop == 0.0 {
-        angle = TAU;
-    }
+    let mut angle = if drop == 0.0 {
+        TAU
+    } else {
+        Double2::from((-p.value()).atan2(q.value()).rem_euclid(std::f64::consts::PI)) + TAU * 0.5
+    };
     for _ in 0..2 {
         let (sin, cos) = angle.sin_cos();
         angle = angle - (p * cos + q * sin) / (q * cos - p * sin);
