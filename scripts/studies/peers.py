@@ -36,6 +36,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TARGET = 1e-9
 LADDER = [10.0 ** (-k / 2) for k in range(10, 28)]
 CHART = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13]
+LAST_ANGLE = 0.01
 REFERENCE = Accuracy(bits=100, order=24, tolerance="1e-20", cap="0.4")
 BOX = "eps 0.05, alpha [0,1], beta [0,0.5], gamma [0,4], c [0,1], V [0.2,1.5]"
 COLUMNS = [
@@ -162,8 +163,9 @@ class Heyoka:
 
 class HeyokaFlow(Heyoka):
     """heyoka's batch mode on the flow in (x1, x2), over the time 2 pi less the angle of the exit point: the right-hand side
-    has no sines. The turn ends a little earlier or later, where x2 is largest: there follow two classical Runge-Kutta steps of
-    the scalar form over the angle that is left, of all cells at once. Their error is below 1e-12 for angles up to 0.1."""
+    has no sines. The turn ends a little earlier or later, where x2 is largest: the flow is followed for the angle that is left,
+    which leaves its square about, and then by two classical Runge-Kutta steps of the scalar form, of all cells at once.
+    Their error is a few 1e-14 in all three scenes (3e-8 on the brake if the last angle may be 0.1)."""
 
     form = "(x1,x2), Taylor, to time 2 pi and the rest of the angle"
 
@@ -187,18 +189,26 @@ class HeyokaFlow(Heyoka):
         start, turn = np.array([1 - viscous * belt, belt]), 2 * np.pi - start_of(padded)[0]
         ends = np.empty_like(start)
 
-        def work(end):
+        def follow(states, times):
             for i in range(0, len(padded), lanes):
                 these = slice(i, i + lanes)
                 ta.set_time(0.0)
-                ta.state[:] = start[:, these]
+                ta.state[:] = states[:, these]
                 ta.pars[:] = padded[these, 1:].T
-                ta.propagate_until(np.minimum(end, turn[these]))
+                ta.propagate_until(times[these])
                 ends[:, these] = ta.state
             x1, x2 = ends
             w = (friction(law, numbers, belt - x2) - x1 - viscous * x2) / belt
             v = x2 / belt
-            return finish_turn(np.hypot(v, w), np.arctan2(-w, v), law, padded)
+            return np.hypot(v, w), np.arctan2(-w, v)
+
+        def work(end):
+            radius, angle = follow(start, np.minimum(end, turn))
+            for _ in range(3):
+                if end < 1 or np.abs(angle).max() <= LAST_ANGLE:
+                    break
+                radius, angle = follow(ends.copy(), -angle)
+            return finish_turn(radius, angle, law, padded)
 
         self.overhead = timed(3, lambda: work(1e-9))[0] / len(cells)
         seconds, radius = timed(5, lambda: work(10.0))

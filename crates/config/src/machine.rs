@@ -339,11 +339,7 @@ pub(super) fn in_si(
 impl<'a> Reader<'a> {
     fn new(section: &'a Section<'a>, motion: Motion, law: &'a Law, forces: bool) -> Self {
         let (units, conversions) = Default::default();
-        let normal = match (forces, section.get(RADIUS).is_some()) {
-            (true, _) => Normal::InFriction,
-            (false, true) => Normal::AtRadius,
-            (false, false) => Normal::Alone,
-        };
+        let normal = Normal::of(forces, section.get(RADIUS).is_some());
         Self {
             section,
             motion,

@@ -58,11 +58,7 @@ pub(super) fn axes(law: &Law, motion: Motion, given: &[String], forces: bool) ->
         Law::Table(table) => Some(0.5 * table.fastest()),
         _ => None,
     };
-    let normal = match (forces, is_given(given)(RADIUS)) {
-        (true, _) => Normal::InFriction,
-        (false, true) => Normal::AtRadius,
-        (false, false) => Normal::Alone,
-    };
+    let normal = Normal::of(forces, is_given(given)(RADIUS));
     let one = |name: &'static str| {
         let words = name.replace('_', " ").replace("stribeck", "Stribeck");
         let value = usual(name, law);

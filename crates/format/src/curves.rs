@@ -1,4 +1,5 @@
-//! The stored curves of codimension one, with the points of codimension two on them as curves of one point: the group `curves` with two tables; see the format in [`super`].
+//! The stored curves of codimension one, with the points of codimension two on them as curves of one point: the group `curves`
+//! with two tables; see the format in [`super`].
 
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, File, Group, H5Type};

@@ -354,11 +354,7 @@ impl Machine {
 
     /// Where its normal force is.
     pub fn normal(&self) -> Normal {
-        match (self.normal_force_is_known, self.given.has_radius()) {
-            (false, _) => Normal::InFriction,
-            (true, true) => Normal::AtRadius,
-            (true, false) => Normal::Alone,
-        }
+        Normal::of(!self.normal_force_is_known, self.given.has_radius())
     }
 
     /// The words for one of its quantities. Names in a formula stay as they are written.
@@ -435,6 +431,17 @@ pub enum Normal {
     AtRadius,
     /// In the friction, which is a force.
     InFriction,
+}
+
+impl Normal {
+    /// Where it is, of a machine whose friction is a force, or which has a radius.
+    pub fn of(friction_is_force: bool, has_radius: bool) -> Self {
+        match (friction_is_force, has_radius) {
+            (true, _) => Self::InFriction,
+            (false, true) => Self::AtRadius,
+            (false, false) => Self::Alone,
+        }
+    }
 }
 
 /// The SI unit of a quantity of a machine under a law; empty for a pure number, and for a name in a formula.

@@ -3,9 +3,9 @@
 //!
 //! Curves are found and followed in the unit square of the plane, whose sides run from the first to the last
 //! node of an axis, linearly or, if the nodes are logarithmic, logarithmically. Errors are distances in the
-//! square. On the curves lie points of codimension two (`column::points`). Where the damping is one of the axes, the grazing curve is the critical damping, and fold curves are the
-//! extremes of the backbone, as functions of the other axis (`column::graphs`). All other curves are found by
-//! continuation.
+//! square. On the curves lie points of codimension two (`column::points`). Where the damping is one of the axes, the grazing
+//! curve is the critical damping, and fold curves are the extremes of the backbone, as functions of the other axis
+//! (`column::graphs`). All other curves are found by continuation.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -258,6 +258,7 @@ impl<'a> Frame<'a> {
 
     /// The cusps at which two of these fold curves end.
     fn cusps(&self, damping_axis: usize, folds: &[Branch], work: &CurveWork) -> Vec<CurvePoint> {
+        let apart = |a: CurvePoint, b: CurvePoint| (a.place[0] - b.place[0]).hypot(a.place[1] - b.place[1]);
         let ends = || {
             let ends = |branch: &Branch| [branch.points.first().copied(), branch.points.last().copied()];
             folds.iter().enumerate().flat_map(move |(number, branch)| ends(branch).map(|end| (number, end)))
@@ -266,16 +267,11 @@ impl<'a> Frame<'a> {
         for (number, end) in ends() {
             let Some(end) = end else { continue };
             let meets = ends().any(|(other, place)| {
-                let apart =
-                    |place: CurvePoint| (place.place[0] - end.place[0]).hypot(place.place[1] - end.place[1]);
-                other > number && place.is_some_and(|place| apart(place) <= NEAR_ENDS)
+                other > number && place.is_some_and(|place| apart(place, end) <= NEAR_ENDS)
             });
             let point = meets.then(|| self.cusp(damping_axis, end, work)).flatten();
             let is_new = |point: &CurvePoint| {
-                let apart = |other: &CurvePoint| {
-                    (point.place[0] - other.place[0]).hypot(point.place[1] - other.place[1])
-                };
-                found.iter().all(|other| apart(other) > point.error + other.error + SAME)
+                found.iter().all(|other| apart(*point, *other) > point.error + other.error + SAME)
             };
             let point = point.filter(is_new);
             found.extend(point);

@@ -106,9 +106,7 @@ impl<'a> Table<'a> {
         let by_header = |&column: &usize| (column, role(table.name(column)));
         table.roles = numeric.iter().map(by_header).collect();
         for (role, wanted) in chosen {
-            let is_it =
-                |name: &str| name.eq_ignore_ascii_case(wanted) || bare(name).eq_ignore_ascii_case(wanted);
-            let by_name = numeric.iter().copied().find(|column| is_it(table.name(*column)));
+            let by_name = numeric.iter().copied().find(|column| is_named(header, *column, wanted));
             let by_number =
                 || wanted.parse().ok().filter(|number| numeric.iter().any(|column| column + 1 == *number));
             let Some(column) = by_name.or_else(|| by_number().map(|number: usize| number - 1)) else {
