@@ -144,7 +144,7 @@ def machine(configuration, belt_speed, damping=None, **others):
 def largest_speed(configuration, start, damping, **others):
     """The largest belt speed with stick-slip at this damping, and its error: that of the critical damping there,
     and its distance from this damping, over its derivative by belt speed."""
-    speed = machine(configuration, start, damping, **others)["limits"]["may_stick_slip_below_belt_speed"]["value"]
+    speed = machine(configuration, start, damping, **others)["may_stick_slip_below_belt_speed"]
     there = machine(configuration, speed, damping, **others)
     slopes = {each["quantity"]: each["critical_damping"] for each in there["sensitivities"]}
     off = abs(there["may_stick_slip_below_damping"] - damping) + there["may_stick_slip_below_damping_error"]

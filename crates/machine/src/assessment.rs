@@ -612,6 +612,18 @@ mod tests {
         assert_eq!([kick.forward, kick.backward], [machine.belt_speed; 2]);
     }
 
+    /// At ten times the unit of speed an orbit of this cubic takes more than a small effort: the even part decides.
+    #[test]
+    fn a_theorem_decides_where_an_orbit_takes_too_long() {
+        let cubic = formula("0.4 - 0.225*(2*u - (2*u)^3/3)");
+        let all = assess(&example_of(cubic, [1.0, 1.0, 1.0, 0.42, 0.1])).unwrap();
+        let Limit::Below(speed) = all.behaviour.critical_belt_speed else {
+            panic!("{:?}", all.behaviour.critical_belt_speed)
+        };
+        // Thomsen and Fidlin's v_b0, by a critical damping equal to the damping.
+        assert!((speed - 0.395_790_28).abs() < 1e-7, "{speed}");
+    }
+
     /// Friction that falls in a straight line is neutral at one damping, which is tried and is the limit.
     #[test]
     fn a_limit_that_is_tried_is_no_gap() {

@@ -17,6 +17,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use slipmap_certify::{Decision, symmetric};
 use slipmap_column::backbone::Backbone;
 use slipmap_column::critical::critical_damping_with;
 use slipmap_column::{Behaviour, Regime, Verdict};
@@ -353,9 +354,14 @@ pub(crate) fn of_stick_slip(law: &Law, point: &Point) -> Intervals {
     let sticks = |speed: f64| {
         let oscillator = speeds.at(speed);
         let holds = Statement::MayStick.holds(&oscillator, &flow_of(&oscillator), || Regime::Failed);
-        // The critical damping may be known where an orbit cannot be followed.
+        // A theorem may decide, or the critical damping be known, where an orbit cannot be followed.
         holds.or_else(|| {
             let column = law.column(&Point { belt_speed: speed, ..*point });
+            match symmetric::TEST.claim(&column).decide(point.damping) {
+                Decision::Present => return Some(true),
+                Decision::Absent => return Some(false),
+                Decision::Undecided => {}
+            }
             let critical = critical_damping_with(Effort::Small, &column, TOLERANCE).ok()?;
             (critical.c + critical.error < point.damping).then_some(false)
         })
