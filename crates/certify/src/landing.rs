@@ -47,8 +47,8 @@ const APART: f64 = 0.4;
 const MOST_TRIALS: u32 = 30;
 
 /// The smallest damping c >= 0 found at which the landing speed is proved below 2 - j, j the drop of friction as
-/// slip begins; by monotonicity it is below at every larger one. Searched in [0, `present_below`]; 0 if that is empty, infinity if the bound
-/// fails even at `present_below`. Negative infinity where no presence is claimed anywhere.
+/// slip begins; by monotonicity it is below at every larger one. Searched in [0, `present_below`]; 0 if that is empty, infinity
+/// if the bound fails even at `present_below`. Negative infinity where no presence is claimed anywhere.
 pub fn sticks_from(column: &Column, present_below: f64) -> f64 {
     if present_below == f64::NEG_INFINITY {
         return f64::NEG_INFINITY;

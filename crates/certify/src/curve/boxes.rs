@@ -115,8 +115,9 @@ impl BoxProof {
         proof
     }
 
-    /// Tries proofs of up to `boxes` parts in all, or until `go_on` returns false, which is told how many were tried: in each round of a quarter of the
-    /// parts, those with the largest undecided shares. The result does not depend on the number of threads.
+    /// Tries proofs of up to `boxes` parts in all, or until `go_on` returns false, which is told how many were tried: in each
+    /// round of a quarter of the parts, those with the largest undecided shares. The result does not depend on the number of
+    /// threads.
     pub fn refine(&mut self, boxes: usize, go_on: &dyn Fn(usize) -> bool) {
         while self.tried + 2 <= boxes && go_on(self.tried) {
             self.parts.sort_by(|one, two| two.undecided.total_cmp(&one.undecided));
