@@ -123,6 +123,13 @@ def drawn(page):
                "return dataset.cells !== undefined && !classList.contains('of-other-inputs') })()")
 
 
+def box(page, selector):
+    """Where an element is in the window. Asked in one step, since a drawing that is made anew replaces its elements."""
+    find = "(selector) => { const { x, y, width, height } = document.querySelector(selector).getBoundingClientRect(); return { x, y, width, height } }"
+    wait(page, "(selector) => document.querySelector(selector) !== null", selector)
+    return page.evaluate(find, selector)
+
+
 def pixels(page):
     """The picture as a text that tells pictures apart."""
     return page.evaluate("document.getElementById('cells').toDataURL()")
@@ -159,12 +166,12 @@ def a_slider_changes_the_plane(session):
     settle(page)
     before = pixels(page)
     slider = page.get_by_role("slider", name="belt speed")
-    box = slider.bounding_box()
-    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + box["height"] / 2)
+    track = slider.bounding_box()
+    page.mouse.move(track["x"] + 0.3 * track["width"], track["y"] + track["height"] / 2)
     page.mouse.down()
     seen = set()
     for step in range(12):
-        page.mouse.move(box["x"] + (0.3 + 0.04 * step) * box["width"], box["y"] + box["height"] / 2)
+        page.mouse.move(track["x"] + (0.3 + 0.04 * step) * track["width"], track["y"] + track["height"] / 2)
         page.wait_for_timeout(40)
         seen.add(pixels(page))
     page.mouse.up()
@@ -232,7 +239,7 @@ def tells(page, value):
 def a_click_gives_the_numbers_of_probe(session):
     page = session.open(BISTABLE)
     drawn(page)
-    stage = page.locator("#overlay").bounding_box()
+    stage = box(page, "#overlay")
     page.mouse.click(stage["x"] + 0.55 * stage["width"], stage["y"] + 0.55 * stage["height"])
     expect(page.locator("table.verdicts tbody tr").first).to_be_visible()
     wait(page, "document.querySelectorAll('.figure svg').length === 3")
@@ -267,7 +274,7 @@ def a_click_gives_the_numbers_of_probe(session):
     page.locator(".figure svg").first.click(position={"x": 200, "y": 90})
     wait(page, "(before) => document.querySelector('.figure svg').innerHTML !== before", before)
     # Dragging the pin moves the point and its portrait.
-    where = page.locator("circle.pin").bounding_box()
+    where = box(page, "circle.pin")
     page.mouse.move(where["x"] + 8, where["y"] + 8)
     page.mouse.down()
     page.mouse.move(where["x"] + 90, where["y"] - 40, steps=5)
@@ -504,7 +511,7 @@ def a_machine_is_in_si_units(session):
     settle(page)
     expect(page.locator("#overlay")).to_contain_text("belt speed, m/s")
     assert page.get_by_label("across: to").input_value() == "0.4"
-    stage = page.locator("#overlay").bounding_box()
+    stage = box(page, "#overlay")
     page.mouse.click(stage["x"] + 0.3 * stage["width"], stage["y"] + 0.8 * stage["height"])
     expect(page.locator("table.verdicts tbody tr").first).to_be_visible()
     said = state(page)
@@ -513,8 +520,8 @@ def a_machine_is_in_si_units(session):
     assert page.locator("#point").get_attribute("data-regime") == probe["machine"]["regime"]
     # The answer is seen without scrolling.
     expect(page.locator("#answer")).to_contain_text(f": {probe['machine']['regime'].replace('_', ' ')}")
-    box = page.locator("#answer").bounding_box()
-    assert box["y"] + box["height"] <= page.viewport_size["height"], box
+    answer = box(page, "#answer")
+    assert answer["y"] + answer["height"] <= page.viewport_size["height"], answer
     expect(page.locator("table.verdicts thead")).to_contain_text("critical damping, N s/m")
     assert tells(page, probe["machine"]["critical_damping"]), "c* in SI units"
     page.get_by_text("Every number").click()

@@ -125,7 +125,7 @@ def the_machine_of_a_file_is_explored_without_a_program(session):
     explore.settle(page)
     expect(page.locator("#overlay")).to_contain_text("belt speed, m/s")
     explore.wait(page, "document.querySelectorAll('#overlay path.curve').length >= 2")
-    stage = page.locator("#overlay").bounding_box()
+    stage = explore.box(page, "#overlay")
     page.mouse.click(stage["x"] + 0.3 * stage["width"], stage["y"] + 0.8 * stage["height"])
     explore.wait(page, "document.querySelectorAll('.figure svg').length === 3")
     expect(page.locator("table.verdicts tbody tr").first).to_be_visible()
@@ -137,7 +137,7 @@ def the_machine_of_a_file_is_explored_without_a_program(session):
     session.picture(page, "file")
     # The pin is dragged: the motion follows while it moves.
     motions = set()
-    where = page.locator("circle.pin").bounding_box()
+    where = explore.box(page, "circle.pin")
     page.mouse.move(where["x"] + 8, where["y"] + 8)
     page.mouse.down()
     for step in range(20):
