@@ -4,10 +4,11 @@ use std::io::{self, Write};
 
 use super::output::{Align, TextTable, count, exact, short, signed};
 use slipmap_certify::slip_count::{SlipCount, proves_absence};
+use slipmap_column::critical::is_known;
 use slipmap_column::crossing::CrossingCycles;
 use slipmap_column::limits::{HIGHEST, Limit, Unknown};
 use slipmap_column::sensitivity::NoSensitivity;
-use slipmap_column::{BasinBoundary, Neighbour, separates};
+use slipmap_column::{BasinBoundary, ChangeKind, Neighbour, separates};
 use slipmap_machine::probe::{Answer, equilibrium_type, fate_name, regime_words};
 use slipmap_model::filippov::Eigenvalues;
 use slipmap_model::flow::{Fate, Flow};
@@ -280,6 +281,22 @@ impl Facts {
                 format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)),
             );
         }
+        let epsilon = answer.point.epsilon;
+        let changes = answer.changes().iter().filter_map(|change| {
+            let [low, high] = change.between.map(|viscous| viscous / epsilon);
+            let (middle, error) = (change.viscous / epsilon, 0.5 * (high - low));
+            let place = match is_known(middle, error) {
+                // The error of a change beside it.
+                true if change.kind == ChangeKind::Unresolved => return None,
+                true => with_error(middle, error),
+                false if high < f64::INFINITY => {
+                    format!("between {} and {}, not known closer", short(low), short(high))
+                }
+                false => format!("from {} on, not known where", short(low)),
+            };
+            Some(format!("{place} ({})", change.kind.name()))
+        });
+        self.add("it changes at c", changes.collect::<Vec<_>>().join(", "));
         if let Some(band) = answer.bistable_band() {
             let to = with_error(band.to_c, band.error);
             let [low, high] = band.from_c_between;

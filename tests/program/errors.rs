@@ -183,7 +183,7 @@ fn the_page_of_a_machine_has_no_digits_that_are_not_known() {
     scratch.file("steep.toml", machine(0.2, 1e-9));
     let page = scratch.run("machine steep.toml").ends_with(0).out;
     let headline = page.lines().nth(1).unwrap();
-    headline.says(&["; more than 0.035", " ends stick-slip"]);
+    headline.says(&["; more than 0.0359 N s/m ends"]);
     let line = page.lines().find(|line| line.contains("may stick-slip below damping")).unwrap();
     assert!(line.contains(" ± ") || line.contains("numerical error"), "{line}");
     for of in scratch.json("machine steep.toml")["sensitivities"].as_array().unwrap() {

@@ -120,12 +120,12 @@ pub struct Backbone {
     /// Bound of the error of C due to features of the law between the nodes, see [`Hidden`].
     hidden: f64,
     turning_points: Vec<TurningPoint>,
-    /// C at extremes of the interpolant that its error may cause, and at extremes of C that it may lack.
-    unresolved: Vec<f64>,
     /// Ranges of r on which slopes at the nodes show that C is monotone.
     monotone: Vec<Monotone>,
-    /// Ranges of C about pieces so flat that the polynomial may miss extremes there.
-    flat: Vec<[f64; 2]>,
+    /// See [`Self::uncertain`].
+    uncertain: Vec<[f64; 2]>,
+    /// Whether no extreme of C is missing, or due to its error.
+    has_all_extremes: bool,
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
     /// Number of evaluations of the right-hand side, where the polar form was used.
@@ -317,7 +317,7 @@ impl Backbone {
     fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64) -> Self {
         let series = coefficients(&values);
         let panel = Panel { from: 0.0, to: belt_speed, in_root: false, values, orbits: Vec::new(), series };
-        Self::new(vec![panel], node_error, false, 0.0)
+        Self::new(vec![panel], node_error, false, 0.0, None)
     }
 
     fn of_panels(
@@ -327,25 +327,24 @@ impl Backbone {
         let crosses_corners = !(panels[0].in_root || curve.corners().is_empty());
         let distances = curve.corners().iter().map(|corner| (corner - belt_speed).abs());
         let nearest_corner = distances.fold(f64::INFINITY, f64::min);
-        let mut backbone =
-            Self { rhs, ..Self::new(panels, error + slope_error, crosses_corners, nearest_corner) };
-        if let [Panel { in_root: false, values, .. }] = &backbone.panels[..]
-            && let Some(Hidden { error, amplitudes }) = Hidden::of(curve, belt_speed, values.len() - 1)
-        {
-            backbone.hidden = error;
-            backbone.error = backbone.error.max(error);
-            let hidden: Vec<f64> = amplitudes.into_iter().map(|r| backbone.viscous(r)).collect();
-            backbone.unresolved.extend(hidden);
-        }
-        backbone
+        let hidden = match &panels[..] {
+            [Panel { in_root: false, values, .. }] => Hidden::of(curve, belt_speed, values.len() - 1),
+            _ => None,
+        };
+        Self { rhs, ..Self::new(panels, error + slope_error, crosses_corners, nearest_corner, hidden) }
     }
 
-    fn new(panels: Vec<Panel>, node_error: f64, crosses_corners: bool, nearest_corner: f64) -> Self {
+    fn new(
+        panels: Vec<Panel>,
+        node_error: f64,
+        crosses_corners: bool,
+        nearest_corner: f64,
+        hidden: Option<Hidden>,
+    ) -> Self {
         let error_of =
             |panel: &Panel| truncation_error(&panel.series) + node_error_of(&panel.values, node_error);
         let error = panels.iter().map(error_of).fold(0.0, f64::max);
         let belt_speed = panels[panels.len() - 1].to;
-        let (turning_points, unresolved, flat) = (Vec::new(), Vec::new(), Vec::new());
         let monotone = Self::monotone_ranges(&panels, error, nearest_corner);
         let size = panels.iter().map(|panel| largest(&panel.values)).fold(0.0, f64::max);
         let mut backbone = Self {
@@ -355,21 +354,28 @@ impl Backbone {
             size,
             crosses_corners,
             hidden: 0.0,
-            turning_points,
-            unresolved,
+            turning_points: Vec::new(),
             monotone,
-            flat,
+            uncertain: Vec::new(),
+            has_all_extremes: true,
             error,
             rhs: 0,
         };
-        (backbone.turning_points, backbone.unresolved) = backbone.find_turning_points();
+        let (turning_points, mut unresolved) = backbone.find_turning_points();
+        backbone.turning_points = turning_points;
+        let mut flat = Vec::new();
         if crosses_corners {
-            backbone.unresolved.extend(Self::extremes_by_slopes(&backbone.panels));
-            backbone.flat = backbone.flat_between_nodes();
+            unresolved.extend(Self::extremes_by_slopes(&backbone.panels));
+            flat = backbone.flat_between_nodes();
         } else if !backbone.panels[0].in_root {
-            backbone.flat = backbone.flat_at_samples();
+            flat = backbone.flat_at_samples();
         }
-        backbone
+        if let Some(Hidden { error, amplitudes }) = hidden {
+            backbone.hidden = error;
+            backbone.error = backbone.error.max(error);
+            unresolved.extend(amplitudes.into_iter().map(|r| backbone.viscous(r)));
+        }
+        backbone.with_uncertain(&unresolved, flat)
     }
 
     /// C at an amplitude 0 <= `radius` <= V.
@@ -399,42 +405,51 @@ impl Backbone {
         self.error <= LARGEST_ERROR * self.size && self.is_apart(viscous)
     }
 
-    /// Returns whether `viscous` lies outside the flat pieces and farther from both ends and every extreme than three
-    /// times the error (from extremes across corners, five times). Extremes within the error count, too. Ends, extremes
-    /// within the error and flat pieces are exempt where slopes show that C is monotone.
+    /// Returns whether `viscous` lies outside of [`Self::uncertain`].
     fn is_apart(&self, viscous: f64) -> bool {
-        let distance = FAR * self.error;
-        let from_extremes = if self.crosses_corners { FAR_ACROSS_CORNERS * self.error } else { distance };
-        self.no_extreme_within(viscous, from_extremes)
-            && !self.flat.iter().any(|[low, high]| (*low..=*high).contains(&viscous))
-            && !self.is_near_uncertain_end(viscous, distance)
+        !self.uncertain.iter().any(|[low, high]| (*low..=*high).contains(&viscous))
+    }
+
+    /// Ranges of C in which it does not tell the number of cycles: flat pieces, and what is closer than three times the error
+    /// to an end or an extreme (to one across corners, five times). Extremes within the error count, too. Ends, extremes
+    /// within the error and flat pieces are exempt where slopes show that C is monotone.
+    #[must_use]
+    pub fn uncertain(&self) -> &[[f64; 2]] {
+        &self.uncertain
     }
 
     /// Returns whether it shows every extreme of C with certainty.
     pub fn has_all_extremes(&self) -> bool {
-        self.unresolved.is_empty() && self.flat.is_empty()
+        self.has_all_extremes
     }
 
-    /// Returns whether C at an end is within `distance` of `viscous` and may have an extreme next to that
-    /// end. Where C is steep next to r = V, its error, which vanishes at the nodes, causes none.
-    fn is_near_uncertain_end(&self, viscous: f64, distance: f64) -> bool {
-        let points = &self.turning_points;
-        let near = |end: &TurningPoint| (end.viscous - viscous).abs() <= distance;
+    /// With the ranges of C in which it does not tell the number of cycles: about its extremes, those at C = `unresolved` that
+    /// it may lack, its ends, and `flat` pieces.
+    fn with_uncertain(self, unresolved: &[f64], flat: Vec<[f64; 2]>) -> Self {
+        let distance = FAR * self.error;
+        let from_extremes = if self.crosses_corners { FAR_ACROSS_CORNERS * self.error } else { distance };
+        let around = |viscous: f64, distance: f64| [viscous - distance, viscous + distance];
+        let mut uncertain: Vec<_> =
+            self.folds().iter().map(|fold| around(fold.viscous, from_extremes)).collect();
+        uncertain.extend(unresolved.iter().map(|viscous| around(*viscous, from_extremes)));
+        // Where C is steep next to r = V, its error, which vanishes at the nodes, causes no extreme.
         let highest = &self.panels[self.panels.len() - 1].values;
         let is_steep = (highest[0] - highest[1]).abs() > STEEP * self.error;
         let rises_or_falls = |range: Option<&Monotone>, end: f64| {
             range.is_some_and(|it| (it.from == end || it.to == end) && it.change() > 2.0 * distance)
         };
-        near(&points[0]) && !rises_or_falls(self.monotone.first(), 0.0)
-            || near(&points[points.len() - 1])
-                && !(is_steep || rises_or_falls(self.monotone.last(), self.belt_speed))
-    }
-
-    /// Returns whether no extreme of C between the ends, counted or not, is within `distance` of `viscous`.
-    fn no_extreme_within(&self, viscous: f64, distance: f64) -> bool {
-        let mut extremes =
-            self.folds().iter().map(|fold| fold.viscous).chain(self.unresolved.iter().copied());
-        extremes.all(|extreme| (extreme - viscous).abs() > distance)
+        let [first, .., last] = &self.turning_points[..] else {
+            unreachable!("both ends are turning points")
+        };
+        if !rises_or_falls(self.monotone.first(), 0.0) {
+            uncertain.push(around(first.viscous, distance));
+        }
+        if !(is_steep || rises_or_falls(self.monotone.last(), self.belt_speed)) {
+            uncertain.push(around(last.viscous, distance));
+        }
+        let has_all_extremes = unresolved.is_empty() && flat.is_empty();
+        uncertain.extend(flat);
+        Self { uncertain, has_all_extremes, ..self }
     }
 
     /// The slip cycles at C = `viscous`, by increasing amplitude. The stability of the equilibrium and

@@ -12,7 +12,7 @@ use crate::critical::critical_damping_with;
 use crate::crossing::{crossing_cycles, landing_and_cycle, no_loop_needed, some_cross_for_ever};
 use crate::slip_cycle::TIGHT;
 use crate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
-use crate::{CriticalDamping, Neighbour};
+use crate::{Change, CriticalDamping, Neighbour};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::{Column, Curve, Range};
@@ -47,13 +47,11 @@ pub struct BasinBoundary {
 /// The attractors of one friction curve and belt speed, for all dampings. Each piece of knowledge is computed when an answer
 /// needs it, once, within a quota of its own: an answer is the same in any order of questions, and from any thread.
 pub struct Behaviour<'a> {
-    curve: &'a Curve,
-    belt_speed: f64,
-    effort: Effort,
-    hopf: HopfRate<'a>,
-    /// Bounds of the even part of the weakening rate about the belt speed.
+    pub(crate) curve: &'a Curve,
+    pub(crate) belt_speed: f64,
+    pub(crate) effort: Effort,
+    pub(crate) hopf: HopfRate<'a>,
     even: OnceLock<Range>,
-    /// Whether at most one slip cycle is proved to exist at each damping.
     has_one_at_most: OnceLock<bool>,
     /// Coarse backbones, each with twice as many nodes as the one before. Every damping tries them in this
     /// order, so that its answer does not depend on other dampings.
@@ -62,10 +60,11 @@ pub struct Behaviour<'a> {
     fine: OnceLock<Result<Backbone, Failure>>,
     /// Where loops far beyond the exit point lead.
     far: OnceLock<FarLoops<'a>>,
-    /// C(V) of a curve with a drop, with its error.
     grazing: OnceLock<Option<CriticalDamping>>,
     /// Whether some orbits cross for ever at a damping, by its bits.
     crosses: Mutex<HashMap<u64, Option<bool>>>,
+    /// The dampings at which anything changes.
+    pub(crate) changes: OnceLock<Vec<Change>>,
 }
 
 /// The coarse backbones so far, and what is left of their quota.
@@ -113,6 +112,7 @@ impl<'a> Behaviour<'a> {
             far: OnceLock::new(),
             grazing: OnceLock::new(),
             crosses: Mutex::default(),
+            changes: OnceLock::new(),
         }
     }
 
@@ -121,10 +121,15 @@ impl<'a> Behaviour<'a> {
         At { behaviour: self, oscillator, end, tolerance, cycles: OnceCell::new() }
     }
 
+    /// What small disturbances of steady slip do at eps c = `viscous`.
+    pub fn stability(&self, viscous: f64) -> Stability {
+        self.hopf.stability(viscous)
+    }
+
     /// Whether the equilibrium attracts at eps c = `viscous`; `None` where it is neutral. Where friction is
     /// constant next to the belt speed and there is no damping, all orbits about it close.
     fn equilibrium_attracts(&self, viscous: f64) -> Option<bool> {
-        match self.hopf.stability(viscous) {
+        match self.stability(viscous) {
             Stability::Attracts => Some(true),
             Stability::Neutral => None,
             Stability::Repels => Some(false),
@@ -140,12 +145,31 @@ impl<'a> Behaviour<'a> {
             None => {}
             known => return known,
         }
-        let CriticalDamping { c, error, .. } = (*self.grazing.get_or_init(|| {
-            let curve = self.curve.without_drop();
-            let column = Column { curve, epsilon: 1.0, belt_speed: self.belt_speed, unit: 1.0 };
-            critical_damping_with(self.effort, &column, GRAZING).ok()
-        }))?;
+        let CriticalDamping { c, error, .. } = self.grazing()?;
         ((c - viscous).abs() > error).then_some(viscous < c)
+    }
+
+    /// C(V) of a curve with a drop, with its error; `None` where it is unknown.
+    pub(crate) fn grazing(&self) -> Option<CriticalDamping> {
+        *self.grazing.get_or_init(|| {
+            let column = Column { curve: self.curve.without_drop(), ..self.column() };
+            critical_damping_with(self.effort, &column, GRAZING).ok()
+        })
+    }
+
+    /// The column whose dampings are C.
+    pub(crate) fn column(&self) -> Column {
+        Column { curve: self.curve.clone(), epsilon: 1.0, belt_speed: self.belt_speed, unit: 1.0 }
+    }
+
+    /// Bounds of the even part of the weakening rate about the belt speed.
+    pub(crate) fn even(&self) -> &Range {
+        self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed))
+    }
+
+    /// Whether at most one slip cycle is proved to exist at each damping.
+    pub(crate) fn has_one_at_most(&self) -> bool {
+        *self.has_one_at_most.get_or_init(|| self.curve.has_one_slip_cycle_at_most(self.belt_speed))
     }
 
     /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, between any bounds: for their
@@ -155,13 +179,11 @@ impl<'a> Behaviour<'a> {
     /// [`Unknown`].
     pub fn count(&self, viscous: f64, end: End) -> Result<Vec<CycleRange>, Unknown> {
         let stable = self.equilibrium_attracts(viscous).ok_or(Unknown::Neutral)?;
-        let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
-        if even.excludes(viscous) {
+        if self.even().excludes(viscous) {
             return Ok(Vec::new());
         }
         let returns = self.grazing_returns(viscous, end).ok_or(Unknown::TooClose)?;
-        let curve = self.curve;
-        if *self.has_one_at_most.get_or_init(|| curve.has_one_slip_cycle_at_most(self.belt_speed)) {
+        if self.has_one_at_most() {
             // A repelling one if the equilibrium is stable and the orbit returns, an attracting one if neither holds.
             let one = CycleRange::between([0.0, self.belt_speed], !returns);
             return Ok(if stable == returns { vec![one] } else { Vec::new() });
@@ -182,6 +204,19 @@ impl<'a> Behaviour<'a> {
             }
         }
         Ok(read(self.backbone()?))
+    }
+
+    /// What is read from the backbone that shows most: the fine one, or the last of the coarse ones where that is rough.
+    pub(crate) fn read_last<T>(&self, read: impl FnOnce(&Backbone) -> T) -> Result<T, Failure> {
+        let mut last = None;
+        for level in 0.. {
+            let Some(coarse) = self.coarse(level) else { break };
+            last = Some(coarse?);
+        }
+        match last.filter(|coarse| coarse.is_rough(self.curve)) {
+            Some(coarse) => Ok(read(&coarse)),
+            None => Ok(read(self.backbone()?)),
+        }
     }
 
     /// A coarse backbone; `None` where the one before would not be improved.
@@ -271,7 +306,7 @@ impl<'a> Behaviour<'a> {
 
     /// Whether some orbits cross the belt line for ever, though the orbit from the exit point does not;
     /// `None` if unknown. If no orbit does at one damping, none does at a larger one.
-    fn some_cross_for_ever(&self, viscous: f64) -> Option<bool> {
+    pub(crate) fn some_cross_for_ever(&self, viscous: f64) -> Option<bool> {
         if let Some(known) = no_loop_needed(&self.oscillator(viscous), self.far()) {
             return Some(known);
         }
@@ -301,12 +336,12 @@ impl<'a> Behaviour<'a> {
         some
     }
 
-    fn oscillator(&self, viscous: f64) -> Oscillator {
+    pub(crate) fn oscillator(&self, viscous: f64) -> Oscillator {
         Oscillator { curve: self.curve.clone(), viscous, belt_speed: self.belt_speed }
     }
 
     /// Where loops lead that stay at slip speeds at which friction resists.
-    fn far(&self) -> &FarLoops<'a> {
+    pub(crate) fn far(&self) -> &FarLoops<'a> {
         self.far.get_or_init(|| FarLoops::where_friction_resists(self.curve, self.belt_speed))
     }
 

@@ -146,39 +146,57 @@ impl SticksFrom {
 pub fn sticks_from(
     effort: Effort,
     column: &Column,
-    [low, high]: [f64; 2],
+    range: [f64; 2],
     halvings: u32,
     tolerance: f64,
 ) -> SticksFrom {
     let work = Work::with(effort, Piece::SticksFrom, &column.curve);
-    let fate_at = |c: f64| flow_within(&Oscillator::in_column(column, c), tolerance, &work).fate;
-    let (mut below, mut fate, mut sticking) = (low, fate_at(low), high);
-    if matches!(fate, Fate::Sticks(_) | Fate::SpiralsInward) {
-        return SticksFrom { between: [low; 2], failure: None };
-    }
-    let (mut crossing, mut failure) = (None, None);
-    for _ in 0..halvings {
-        match fate {
-            Fate::CrossesForever => crossing = Some(below),
+    let mut failure = None;
+    let crosses = |c: f64| match flow_within(&Oscillator::in_column(column, c), tolerance, &work).fate {
+        Fate::CrossesForever => Some(true),
+        Fate::Sticks(_) | Fate::SpiralsInward => Some(false),
+        Fate::TooCloseToCall => None,
+        Fate::Failed(why) => {
             // Of the lowest damping: next to where orbits can be followed again they may fail for other reasons.
-            Fate::Failed(why) => failure = failure.or(Some(why)),
-            Fate::Sticks(_) | Fate::SpiralsInward | Fate::TooCloseToCall => {}
+            failure = failure.or(Some(why));
+            None
         }
-        let middle = 0.5 * (below + sticking);
-        match fate_at(middle) {
-            Fate::Sticks(_) | Fate::SpiralsInward => sticking = middle,
-            other => (below, fate) = (middle, other),
-        }
+    };
+    let between = last_below(range, halvings, crosses);
+    SticksFrom { between, failure: failure.filter(|_| between[0] < between[1]) }
+}
+
+/// Bounds of the damping in `[low, high]` below which a statement holds, given that it does not at `high` and that it holds
+/// below any damping at which it does. The first is the greatest damping at which it is known to hold, or `low`; the second is
+/// the least at which it is known not to. Both are `low` where it does not hold there.
+pub(crate) fn last_below(
+    [low, high]: [f64; 2],
+    halvings: u32,
+    mut holds: impl FnMut(f64) -> Option<bool>,
+) -> [f64; 2] {
+    let (mut below, mut state, mut above, mut known) = (low, holds(low), high, None);
+    if state == Some(false) {
+        return [low; 2];
     }
-    if fate == Fate::CrossesForever {
-        return SticksFrom { between: [below, sticking], failure: None };
-    }
-    let Some(mut crossing) = crossing else { return SticksFrom { between: [low, sticking], failure } };
     for _ in 0..halvings {
-        let middle = 0.5 * (crossing + below);
-        *(if fate_at(middle) == Fate::CrossesForever { &mut crossing } else { &mut below }) = middle;
+        if state == Some(true) {
+            known = Some(below);
+        }
+        let middle = 0.5 * (below + above);
+        match holds(middle) {
+            Some(false) => above = middle,
+            other => (below, state) = (middle, other),
+        }
     }
-    SticksFrom { between: [crossing, sticking], failure }
+    if state == Some(true) {
+        return [below, above];
+    }
+    let Some(mut known) = known else { return [low, above] };
+    for _ in 0..halvings {
+        let middle = 0.5 * (known + below);
+        *(if holds(middle) == Some(true) { &mut known } else { &mut below }) = middle;
+    }
+    [known, above]
 }
 
 /// Number of bisections that locate the damping from which orbits stick to 10^-12 of a range.

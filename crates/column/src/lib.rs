@@ -1,12 +1,13 @@
 //! A column asked: one friction curve at one belt speed, at every damping.
 //!
 //! [`critical_damping`] tells where the orbit from the exit point stops to return, [`backbone`] at which dampings
-//! slip orbits close, [`regime`] what attracts, [`crossing`] what crosses the belt line, [`bifurcation`] and
+//! slip orbits close, [`Change`]s at which dampings anything changes, [`regime`] what attracts, [`crossing`] what crosses the belt line, [`bifurcation`] and
 //! [`graphs`] the curves in planes along which these change, [`limits`] the eps up to which methods agree.
 
 pub mod backbone;
 mod behaviour;
 pub mod bifurcation;
+mod changes;
 pub mod continuation;
 pub mod critical;
 pub mod crossing;
@@ -22,6 +23,7 @@ mod verdict;
 
 pub use behaviour::{At, BasinBoundary, Behaviour, Behaviours, LongRun, long_run};
 pub use behaviour::{left_out, regime, slip_cycle_count, slip_cycles};
+pub use changes::{Change, ChangeKind};
 pub use critical::{CriticalDamping, HALVINGS, NoCriticalDamping, SticksFrom, critical_damping, sticks_from};
 pub use end::End;
 pub use method::Method;

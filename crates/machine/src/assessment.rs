@@ -4,7 +4,7 @@
 mod data_errors;
 mod sensitivities;
 
-use crate::behaviour::{self, Behaviour, is_positive};
+use crate::behaviour::{self, Behaviour};
 use crate::intervals::{self, Limit, TOLERANCE};
 pub use crate::intervals::{End, Intervals, Statement};
 use crate::method_answer::of_test;
@@ -15,17 +15,15 @@ use sensitivities::influence;
 pub use sensitivities::sensitivities_to;
 pub use sensitivities::{Influence, Sensitivity, sensitivities};
 use slipmap_certify::{Guarantee, TESTS, validated};
-use slipmap_column::backbone::Backbone;
-use slipmap_column::critical::is_known;
 use slipmap_column::crossing::crossing_cycles;
 use slipmap_column::slip_cycle::{Kick, Unknown};
-use slipmap_column::{HALVINGS, LongRun, Regime, Verdict, sticks_from};
+use slipmap_column::{LongRun, Regime, Verdict};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
-use slipmap_model::friction::{Column, Law};
+use slipmap_model::friction::Law;
 use slipmap_numbers::text::{rounded, short};
 use slipmap_orbits::far_loops::FarLoops;
-use slipmap_orbits::{Effort, flow};
+use slipmap_orbits::flow;
 
 /// Verdict of a rigorous test at the working point.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -148,33 +146,6 @@ impl Assessment {
 /// Relative distance up to which two limits are taken as equal.
 const SAME: f64 = 1e-6;
 
-/// Relative distance beyond a limit at which the regime must be known; closer to a fold it may be unknown.
-const BEYOND: f64 = 1e-3;
-
-/// The damping c above which steady slip is the only attractor: the largest of the backbone, on which every
-/// slip cycle lies and, without a drop, the grazing orbit; with a drop c* is above its end.
-fn vibrates_below_damping(
-    backbone: &Backbone,
-    column: &Column,
-    critical: f64,
-    regime: impl Fn(f64) -> Regime,
-) -> Option<f64> {
-    let epsilon = column.epsilon;
-    let turns = backbone.turning_points().iter().map(|turn| turn.viscous / epsilon);
-    let most = turns.fold(0.0, f64::max);
-    if !is_known(most, backbone.error / epsilon) {
-        return None;
-    }
-    // The backbone of a steep table may be less accurate than the critical damping.
-    let is_critical = (most - critical).abs() <= backbone.error / epsilon;
-    let most = if is_critical { critical } else { most };
-    let most = if column.curve.drop() > 0.0 && critical.is_finite() { most.max(critical) } else { most };
-    // What is left of a flat backbone is rounding.
-    let most = if is_positive(column, most) { most } else { 0.0 };
-    // Cycles that cross the belt line are not on the backbone, so the regime is computed beyond it.
-    (regime(most * (1.0 + BEYOND)) == Regime::Equilibrium).then_some(most)
-}
-
 /// The reason why the orbit of measured friction fails: the data end. States how far they should reach.
 fn beyond_data(machine: &Machine, behaviour: &Behaviour) -> Option<String> {
     let Friction::Measured(table) = &machine.friction else { return None };
@@ -239,20 +210,13 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let (behaviour, stick_slip) = behaviour::with_speeds(&model, &flow, &long_run, TOLERANCE);
     let LongRun { cycle, basin, slip, .. } = long_run;
     let hopf = HopfRate::new(&column.curve, column.belt_speed).value();
-    let critical = behaviour.critical_damping.map_or(f64::INFINITY, |damping| damping / units.damping);
-    let regime = |damping: f64| {
-        let oscillator = Oscillator::in_column(&column, damping);
-        attractors.regime_of(&oscillator, &slipmap_orbits::flow(&oscillator, TOLERANCE))
-    };
     let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
     let proofs = theorems.chain([&validated::TEST]).map(|test| {
         let answer = of_test(test, &column, point.damping);
         Proof { test: test.name, verdict: answer.verdict.name(), reason: answer.reason }
     });
     let proofs: Vec<Proof> = proofs.collect();
-    let backbone = attractors.backbone();
-    let vibrates_below =
-        backbone.ok().and_then(|backbone| vibrates_below_damping(backbone, &column, critical, regime));
+    let (dampings, vibrates_below) = intervals::of_dampings(&attractors, units.damping / point.epsilon);
     let has_kick = basin.is_some()
         || matches!(
             behaviour.regime,
@@ -261,7 +225,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let beyond_data = beyond_data(machine, &behaviour);
     let is_missing = vibrates_below.is_none() || !has_kick;
     let slip_cycles_unknown = is_missing
-        .then(|| slip.as_ref().err().copied().or_else(|| backbone.err().map(Unknown::from)))
+        .then(|| slip.as_ref().err().copied().or_else(|| attractors.backbone().err().map(Unknown::from)))
         .flatten()
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
     let highest = stick_slip.holds.last().map(|[_, end]| *end);
@@ -277,16 +241,6 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     };
     let highest = highest.and_then(|end| Some(end.located()?[0] * units.velocity));
     let speeds = intervals::of_speeds(law, point, units.velocity, stick_slip);
-    let folds = backbone.iter().flat_map(|backbone| backbone.turning_points()).map(|turn| turn.viscous);
-    // On fast belts the orbit from the exit point crosses for ever below a damping, which may be next to c*.
-    let lands = is_positive(&column, critical) && critical.is_finite();
-    let lands =
-        lands.then(|| sticks_from(Effort::Whole, &column, [0.0, critical], HALVINGS, TOLERANCE).between);
-    let changes = folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]);
-    let changes: Vec<f64> = changes.chain(lands.into_iter().flatten()).collect();
-    let dampings = intervals::of_dampings(&column, units.damping, &changes, |oscillator, flow| {
-        attractors.regime_of(oscillator, flow)
-    });
     Some(Assessment {
         machine: machine.clone(),
         always_below_speed: speeds[Statement::AlwaysSticks as usize].lowest(),
@@ -298,7 +252,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         speeds,
         dampings,
         hopf_damping: hopf / point.epsilon * units.damping,
-        vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
+        vibrates_below_damping: vibrates_below,
         slip_cycles_unknown,
         standard_errors: StandardErrors::of(machine, uncertain, highest, basin.is_some()),
         needed_for_speeds: needed_for_speeds.map(|speed| speed * units.velocity),

@@ -11,7 +11,7 @@
 
 mod tried;
 
-use std::cell::{Cell, OnceCell};
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
@@ -20,10 +20,10 @@ use rayon::prelude::*;
 use slipmap_certify::{Decision, symmetric};
 use slipmap_column::backbone::Backbone;
 use slipmap_column::critical::critical_damping_with;
-use slipmap_column::{Behaviour, Regime, Verdict};
+use slipmap_column::{Behaviour, Change, Regime, Verdict};
 use slipmap_model::filippov::{Oscillator, Stability};
 use slipmap_model::flow::Flow;
-use slipmap_model::friction::{Column, Law};
+use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_numbers::named;
 use slipmap_numbers::roots::{Bracket, falling_root};
@@ -106,10 +106,9 @@ named! {
 const STATEMENTS: usize = Statement::ALL.len();
 
 impl Statement {
-    /// Whether it holds where the orbit from the exit point is `flow`; `None` if that is unknown.
-    fn holds(self, oscillator: &Oscillator, flow: &Flow, regime: impl FnOnce() -> Regime) -> Option<bool> {
-        let sticks = Verdict::from(&flow.fate).presence();
-        let never = || sticks == Some(false) || oscillator.stability() == Stability::Attracts;
+    /// Whether it holds, given whether the orbit from the exit point sticks; `None` if that is unknown.
+    fn holds(self, sticks: Option<bool>, steady: Stability, regime: impl FnOnce() -> Regime) -> Option<bool> {
+        let never = || sticks == Some(false) || steady == Stability::Attracts;
         match self {
             Statement::MayStick => return sticks,
             Statement::AlwaysSticks if never() => return Some(false),
@@ -223,6 +222,44 @@ impl Intervals {
         found
     }
 
+    /// The intervals of a statement that is known on adjacent spans of C from 0 on. A narrow span in which it is not known is
+    /// that of a change.
+    fn of_spans(spans: impl Iterator<Item = ([f64; 2], Option<bool>)>, changes: &[Change]) -> Self {
+        let mut runs: Vec<([f64; 2], Option<bool>)> = Vec::new();
+        for (span, state) in spans {
+            let is_narrow = |[low, high]: [f64; 2]| high - low <= (LOCATED * high).max(NO_DAMPING);
+            // A narrow gap that is ended by a state, known or not.
+            if let Some((gap, None)) = runs.last().copied()
+                && state.is_some()
+                && is_narrow(gap)
+            {
+                runs.pop();
+            }
+            match runs.last_mut() {
+                Some((run, of_run)) if *of_run == state => run[1] = span[1],
+                None => runs.push(([0.0, span[1]], state)),
+                Some(_) => runs.push((span, state)),
+            }
+        }
+        let tried = [0.0, runs.last().map_or(0.0, |(run, _)| run[1])];
+        let mut found = Self { holds: Vec::new(), unknown: Vec::new(), tried };
+        let end_of = |position: usize, side: usize| {
+            let at = runs[position].0[side];
+            let Some((next, state)) = (position + 2 * side).checked_sub(1).and_then(|next| runs.get(next))
+            else {
+                return End::Tried(at);
+            };
+            match state {
+                None => End::Open(at),
+                Some(_) => located([at, next[1 - side]], changes),
+            }
+        };
+        for (position, (_, state)) in runs.iter().enumerate() {
+            found.close(*state, [0, 1].map(|side| end_of(position, side)));
+        }
+        found
+    }
+
     fn close(&mut self, state: Option<bool>, ends: [End; 2]) {
         match state {
             Some(true) => self.holds.push(ends),
@@ -313,6 +350,16 @@ fn at([low, high]: [f64; 2], known: &[Known]) -> End {
     End::At { value: nearest.copied().unwrap_or(middle), error: error + NEAR * middle }
 }
 
+/// The change between two ends of spans: that of the changes there which is known best.
+fn located(ends: [f64; 2], changes: &[Change]) -> End {
+    let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+    let is_there = |change: &&Change| low <= change.viscous && change.viscous <= high;
+    let width = |change: &Change| change.between[1] - change.between[0];
+    let best = changes.iter().filter(is_there).min_by(|one, other| width(one).total_cmp(&width(other)));
+    let value = best.map_or(0.5 * (low + high), |change| change.viscous);
+    End::At { value, error: (value - low).max(high - value) + f64::EPSILON * value }
+}
+
 /// How closely changes are located by bisection.
 struct Closeness {
     /// Relative width to which a change is.
@@ -353,7 +400,7 @@ pub(crate) fn of_stick_slip(law: &Law, point: &Point) -> Intervals {
     let speeds = Speeds { law, point, regimes: Mutex::default() };
     let sticks = |speed: f64| {
         let oscillator = speeds.at(speed);
-        let holds = Statement::MayStick.holds(&oscillator, &flow_of(&oscillator), || Regime::Failed);
+        let holds = Verdict::from(&flow_of(&oscillator).fate).presence();
         // A theorem may decide, or the critical damping be known, where an orbit cannot be followed.
         holds.or_else(|| {
             let column = law.column(&Point { belt_speed: speed, ..*point });
@@ -442,7 +489,7 @@ impl Speeds<'_> {
     fn holds(&self, statement: Statement, speed: f64) -> Option<bool> {
         let oscillator = self.at(speed);
         let flow = flow_of(&oscillator);
-        statement.holds(&oscillator, &flow, || {
+        statement.holds(Verdict::from(&flow.fate).presence(), oscillator.stability(), || {
             let known = || self.regimes.lock().unwrap_or_else(PoisonError::into_inner);
             let found = known().get(&speed.to_bits()).copied();
             found.unwrap_or_else(|| {
@@ -502,46 +549,39 @@ fn surplus(oscillator: &Oscillator) -> Option<(f64, f64)> {
     Some((most, backbone.error))
 }
 
-/// Number of dampings per factor of ten.
-const DAMPINGS_PER_DECADE: i32 = 16;
+/// Relative distance beyond the last change up to which dampings are told.
+const BEYOND_LAST: f64 = 2.0;
+/// Dampings C below this count as none: where orbits are circles without damping, nothing is known of them.
+const NO_DAMPING: f64 = 1e-9;
 
-/// The dampings c of a column at which each statement holds, in units of `unit`; `limits` are its dampings at
-/// which the behaviour changes, as far as they are known.
-pub(crate) fn of_dampings(
-    column: &Column,
-    unit: f64,
-    limits: &[f64],
-    regime: impl Fn(&Oscillator, &Flow) -> Regime,
-) -> [Intervals; STATEMENTS] {
-    let mut limits: Vec<f64> = limits.iter().copied().filter(|it| *it > 0.0 && it.is_finite()).collect();
-    limits.sort_by(f64::total_cmp);
-    // Between limits that agree nothing is known.
-    limits.dedup_by(|one, other| *one - *other <= SAME * *one);
-    let ends = [limits.first(), limits.last()].map(|end| end.copied().unwrap_or(1.0));
-    let index = |damping: f64| damping.log10() * f64::from(DAMPINGS_PER_DECADE);
-    let [first, last] = [index(0.01 * ends[0]).floor() as i32, index(2.0 * ends[1]).ceil() as i32];
-    let of_index = |i: i32| 10f64.powf(f64::from(i) / f64::from(DAMPINGS_PER_DECADE));
-    let between = limits.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-    let mut dampings: Vec<f64> = (first..=last).map(of_index).chain(between).collect();
-    // Without damping steady slip may be neutral, and at the damping where it loses stability: nothing is known there.
-    let at = |damping: f64| Oscillator::in_column(column, damping);
-    dampings.push(0.0);
-    dampings.retain(|damping| at(*damping).stability() != Stability::Neutral);
-    dampings.sort_by(f64::total_cmp);
-    let judged: Vec<_> =
-        dampings.into_iter().map(|damping| (damping, judge(&at(damping), &regime))).collect();
-    let limits: Vec<Known> = limits.into_iter().map(|limit| (limit, BESIDE)).collect();
-    each(&judged, &limits, &DEAR, unit, |statement, damping| {
-        let oscillator = at(damping);
-        let flow = flow_of(&oscillator);
-        statement.holds(&oscillator, &flow, || regime(&oscillator, &flow))
-    })
-}
-
-/// Judges every statement.
-fn judge(oscillator: &Oscillator, regime: impl Fn(&Oscillator, &Flow) -> Regime) -> States {
-    let (flow, known) = (flow_of(oscillator), OnceCell::new());
-    Statement::ALL.map(|it| it.holds(oscillator, &flow, || *known.get_or_init(|| regime(oscillator, &flow))))
+/// The dampings at which each statement holds, and the one above which steady slip is the only attractor, in units of `unit` of
+/// C; from the dampings at which anything changes: between two of them nothing does.
+pub(crate) fn of_dampings(column: &Behaviour, unit: f64) -> ([Intervals; STATEMENTS], Option<f64>) {
+    let changes = column.changes();
+    let mut ends: Vec<f64> = changes.iter().flat_map(|change| change.between).collect();
+    ends.retain(|end| *end > 0.0 && *end < f64::INFINITY);
+    let last = BEYOND_LAST * ends.iter().copied().fold(0.5, f64::max);
+    ends.extend([0.0, last]);
+    ends.sort_by(f64::total_cmp);
+    ends.dedup();
+    let judge = |pair: &[f64]| {
+        let viscous = 0.5 * (pair[0] + pair[1]);
+        let (sticks, regime) = (column.end_at(viscous).verdict().presence(), column.regime_at(viscous));
+        let states = Statement::ALL.map(|it| it.holds(sticks, column.stability(viscous), || regime));
+        let vibrates = !matches!(regime, Regime::Failed | Regime::Neutral);
+        ([pair[0], pair[1]], states, vibrates.then_some(regime != Regime::Equilibrium))
+    };
+    let judged: Vec<_> = ends.windows(2).map(judge).collect();
+    let vibrates = Intervals::of_spans(judged.iter().map(|(span, _, state)| (*span, *state)), changes);
+    let vibrates_below = match vibrates.times(unit).highest() {
+        Limit::NoneUpTo(end) if end == last * unit => Some(0.0),
+        limit => limit.value(),
+    };
+    let of = |statement: Statement| {
+        let of_one = judged.iter().map(|(span, states, _)| (*span, states[statement as usize]));
+        Intervals::of_spans(of_one, changes).times(unit)
+    };
+    (Statement::ALL.map(of), vibrates_below)
 }
 
 fn each(

@@ -140,6 +140,11 @@ impl<'a> HopfRate<'a> {
         rounding.max(8.0 * f64::MIN_POSITIVE)
     }
 
+    /// Bound of the distance of [`Self::value`] from a damping at which small disturbances may be neutral.
+    pub fn error(&self) -> f64 {
+        (self.rate - self.value()).abs() + self.rounding_here() + 2.0 * ROUNDING * self.rate.abs()
+    }
+
     /// The rate; 0 where it is not distinguishable from 0.
     pub fn value(&self) -> f64 {
         if self.stability(0.0) == Stability::Neutral { 0.0 } else { self.rate }

@@ -12,16 +12,17 @@ use slipmap_column::limits::{Limit, Ray};
 use slipmap_column::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use slipmap_column::slip_cycle::Unknown;
 use slipmap_column::{
-    BasinBoundary, CriticalDamping, HALVINGS, Method, NoCriticalDamping, Regime, Verdict, sticks_from,
+    BasinBoundary, Behaviour, Change, ChangeKind, CriticalDamping, Method, NoCriticalDamping, Regime,
+    SticksFrom, Verdict,
 };
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{rounded, short, signed, with_error};
+use slipmap_orbits::Cycle;
 use slipmap_orbits::far_loops::FarLoops;
 use slipmap_orbits::naive::NaiveVerdict;
-use slipmap_orbits::{Cycle, Effort};
 
 /// All answers except those of the second engine.
 #[derive(Debug)]
@@ -52,11 +53,12 @@ pub struct Answer {
     pub cycle: Option<Cycle>,
     /// The edge of its basin; `None` where it attracts from every start.
     pub basin: Option<BasinBoundary>,
+    /// See [`Self::changes`]; computed on first use.
+    changes: OnceCell<Vec<Change>>,
     /// See [`Self::slip_count`]; computed on first use.
     slip_count: OnceCell<SlipCount>,
 }
 
-/// Why a point is absent that no enclosure of the orbit from the exit point decides.
 /// eps c that no answer distinguishes from 0.
 const NO_DAMPING: f64 = 1e-9;
 
@@ -93,6 +95,7 @@ impl Answer {
             slip,
             cycle,
             basin,
+            changes: OnceCell::new(),
             slip_count: OnceCell::new(),
         }
     }
@@ -160,31 +163,30 @@ impl Answer {
         by_direct
     }
 
+    /// The dampings C = eps c at which the behaviour changes at this belt speed.
+    pub fn changes(&self) -> &[Change] {
+        let Oscillator { curve, belt_speed, .. } = &self.oscillator;
+        self.changes.get_or_init(|| Behaviour::new(curve, *belt_speed).changes().to_vec())
+    }
+
     /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
     /// the equilibrium becomes stable, or, on fast belts, at which the orbit from the exit point ceases to
     /// cross for ever, to c*. `None` where the two are not known to differ.
     pub fn bistable_band(&self) -> Option<BistableBand> {
-        let epsilon = self.point.epsilon;
-        let Oscillator { curve, belt_speed, .. } = &self.oscillator;
-        let becomes_stable = HopfRate::new(curve, *belt_speed).value() / epsilon;
         let root = self.critical.as_ref().ok().filter(|_| self.contradiction.is_none())?;
-        // Avoids -0, since this is printed.
-        let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
-        if from + root.error >= root.c {
-            return None;
-        }
-        let from = sticks_from(
-            Effort::Whole,
-            &self.law.column(&self.point),
-            [from, root.c],
-            HALVINGS,
-            self.tolerance,
-        );
-        let [least, sticking] = from.between;
+        let epsilon = self.point.epsilon;
+        let change = |kind: ChangeKind| self.changes().iter().find(|change| change.kind == kind);
+        let stable = change(ChangeKind::Hopf).map_or(0.0, |hopf| hopf.viscous.max(0.0) / epsilon);
+        let crossing = change(ChangeKind::Crossing);
+        let between = crossing.map_or([0.0; 2], |crossing| crossing.between.map(|end| end / epsilon));
+        let between = between.map(|end| end.max(stable));
+        let failure = crossing.and_then(|crossing| crossing.failure);
+        let from = SticksFrom { between, failure };
+        let [least, sticking] = between;
         (sticking + root.error < root.c).then(|| BistableBand {
             from_c: from.known(),
-            from_c_between: from.between,
-            from_c_reason: from.known().is_none().then(|| match from.failure {
+            from_c_between: between,
+            from_c_reason: from.known().is_none().then(|| match failure {
                 None => "orbits between them are too close to call".into(),
                 Some(failure) => beyond_data_or(failure, &self.law, &Point { damping: least, ..self.point }),
             }),

@@ -8,8 +8,8 @@ pub use crate::method_answer::MethodAnswer;
 pub use answer::Answer;
 pub use command::{axis_names, command_line, flag};
 use result::{
-    BasinBoundary, Complex, CriticalResult, Cycles, Equilibrium, FlowResult, Flows, LandingResult,
-    MethodResult, SensitivityResult, SlidingSegment, SlipCountResult, StabilityResult, State,
+    BasinBoundary, ChangeResult, Complex, CriticalResult, Cycles, Equilibrium, FlowResult, Flows,
+    LandingResult, MethodResult, SensitivityResult, SlidingSegment, SlipCountResult, StabilityResult, State,
 };
 pub use result::{BistableBand, MachineResult, Probe};
 
@@ -17,9 +17,12 @@ use crate::Machine;
 use crate::assessment::StandardErrors;
 use crate::behaviour::{Behaviour, growth_time};
 use slipmap_certify::slip_count::SlipCount;
+use slipmap_column::critical::is_known;
 use slipmap_column::sensitivity::{NoSensitivity, Sensitivity};
 use slipmap_column::slip_cycle::Unknown;
-use slipmap_column::{CriticalDamping, Neighbour, NoCriticalDamping, Regime, crossing_separates, separates};
+use slipmap_column::{
+    Change, CriticalDamping, Neighbour, NoCriticalDamping, Regime, crossing_separates, separates,
+};
 use slipmap_model::filippov::{Eigenvalues, Oscillator};
 use slipmap_model::flow::{Fate, Flow, Landing};
 use slipmap_model::friction::Law;
@@ -71,6 +74,7 @@ impl Probe {
             },
             exit_point: State { x1: oscillator.exit_x1(), x2: oscillator.belt_speed },
             landing: answer.flow.landing().map(Into::into),
+            changes: answer.changes().iter().map(|change| ChangeResult::of(change, answer)).collect(),
             bistable_band: answer.bistable_band(),
             attracting_cycle: answer.cycle,
             basin_boundary: answer.basin.map(
@@ -98,6 +102,20 @@ impl SensitivityResult {
                 reason: None,
             },
             Err(why) => Self { derivatives: Vec::new(), standard_error: None, reason: Some(why.to_string()) },
+        }
+    }
+}
+
+impl ChangeResult {
+    fn of(change: &Change, answer: &Answer) -> Self {
+        let c = |viscous: f64| viscous / answer.point.epsilon;
+        let [low, high] = change.between.map(c);
+        Self {
+            kind: change.kind.name(),
+            c: is_known(c(change.viscous), 0.5 * (high - low)).then(|| c(change.viscous)),
+            at_least: low,
+            at_most: Some(high).filter(|high| high.is_finite()),
+            reason: change.failure.map(|failure| failure.to_string()),
         }
     }
 }

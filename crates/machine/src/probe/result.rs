@@ -41,6 +41,8 @@ pub struct Probe {
     pub(crate) exit_point: State,
     /// Place and times of sticking again, for the orbit from the exit point.
     pub(crate) landing: Option<LandingResult>,
+    /// The dampings c > 0 at which the behaviour changes at this belt speed, by growing damping.
+    pub(crate) changes: Vec<ChangeResult>,
     /// The dampings between which steady slip and stick-slip both attract.
     pub(crate) bistable_band: Option<BistableBand>,
     pub(crate) attracting_cycle: Option<Cycle>,
@@ -182,6 +184,21 @@ pub(crate) struct State {
     pub(crate) x1: f64,
     /// Velocity.
     pub(crate) x2: f64,
+}
+
+/// A damping at which the behaviour changes.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub(crate) struct ChangeResult {
+    /// "hopf", "fold", "unresolved", "grazing", "return" (the critical damping), "crossing" or "far_crossing".
+    pub(crate) kind: &'static str,
+    /// The damping; `None` where it is not known to 1 %.
+    pub(crate) c: Option<f64>,
+    /// Bounds of it; the upper one `None` where none is known.
+    pub(crate) at_least: f64,
+    /// See `at_least`.
+    pub(crate) at_most: Option<f64>,
+    /// Reason why the bounds are far apart, where orbits between them cannot be followed.
+    pub(crate) reason: Option<String>,
 }
 
 /// The dampings c >= 0 between which steady slip and stick-slip both attract.
