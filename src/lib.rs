@@ -201,10 +201,10 @@ pub mod column {
     //! A friction curve at a belt speed, at every damping: critical damping, cycles, regimes, curves in planes.
 
     pub use slipmap_column::{
-        Attractors, BasinBoundary, Behaviour, CriticalDamping, DEFAULT_TOLERANCE, LongRun, Method, Neighbour,
-        NoCriticalDamping, Regime, TOLERANCES, Verdict, backbone, bifurcation, continuation, critical,
-        critical_damping, crossing, crossing_separates, limits, long_run, points, regime, sensitivity,
-        separates, slip_cycle, slip_cycle_count, slip_cycles,
+        Attractors, BasinBoundary, Behaviour, Change, ChangeKind, CriticalDamping, DEFAULT_TOLERANCE, End,
+        LongRun, Method, Neighbour, NoCriticalDamping, Regime, TOLERANCES, Verdict, backbone, bifurcation,
+        continuation, critical, critical_damping, crossing, crossing_separates, limits, long_run, points,
+        regime, sensitivity, separates, slip_cycle, slip_cycle_count, slip_cycles,
     };
 }
 

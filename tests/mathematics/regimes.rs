@@ -8,7 +8,7 @@ use slipmap::certify;
 use slipmap::column;
 use slipmap::column::crossing::stick_slip_cycle;
 use slipmap::column::slip_cycle::{Kick, kick_onto};
-use slipmap::column::{Attractors, Regime};
+use slipmap::column::{Attractors, Behaviour, ChangeKind, End, Regime};
 use slipmap::column::{Neighbour, critical_damping, crossing_separates, separates};
 use slipmap::filippov::{Eigenvalues, Oscillator, Side, Stability};
 use slipmap::flow::{Failure, Fate, Flow};
@@ -18,6 +18,7 @@ use slipmap::orbits::{Cycle, flow};
 use slipmap::point::Point;
 use slipmap::witness::{self, Ending, Phase, Start, Trace, trace};
 
+use crate::agreement::law;
 use crate::crossing::{Loop, crossing_cycles, crossing_loop};
 use crate::sample::{Random, Sampling, at_one, formula};
 
@@ -618,4 +619,46 @@ fn every_cycle_that_is_told_closes() {
         // By turns with SciPy, of its interpolant and its method of Runge and Kutta.
         assert!(cycles.len() == 1 && (cycles[0].velocity.hi - 0.041_155_946_6).abs() < 1e-9, "{cycles:?}");
     }
+}
+
+/// Between two changes of a column nothing changes: the regime and the end of the orbit are those of orbits at dampings there.
+#[test]
+fn nothing_changes_between_changes() {
+    let mut random = Random(0xc4a6e);
+    let mut seen = [0; ChangeKind::ALL.len()];
+    let fast = [(0.3, 25.0, 75.0), (0.05, 3.0, 12.0)].map(|(mu, width, belt_speed)| {
+        Law::Exponential.column(&Law::Exponential.point(1.0, &[mu, width, 0.0], belt_speed, 0.0).unwrap())
+    });
+    let falls = formula("1 - 0.3*tanh((u - 0.25)/0.05) - 0.3*tanh(5)");
+    let folds = falls.column(&falls.point(1.0, &[], 0.2, 0.0).unwrap());
+    let drops = Law::Exponential.with_drop();
+    let drops = drops.column(&drops.point(1.0, &[0.6, 0.2, 0.0, 0.2], 0.4, 0.0).unwrap());
+    let usual = (0..24).map(|_| {
+        let (_, law, values) = law(&mut random, [0.05, 0.95], [0.15, 1.5]);
+        law.column(&law.point(1.0, &values, random.log(0.05, 4.0), 0.0).unwrap())
+    });
+    for column in usual.chain(fast).chain([folds, drops]).collect::<Vec<_>>() {
+        let asked = Behaviour::new(&column.curve, column.belt_speed);
+        let changes = asked.changes();
+        assert!(changes.windows(2).all(|pair| pair[0].viscous <= pair[1].viscous), "{changes:?}");
+        let mut ends: Vec<f64> = changes.iter().flat_map(|change| change.between).collect();
+        ends.extend([0.0, 2.0 * ends.iter().copied().fold(0.1, f64::max)]);
+        ends.retain(|end| *end >= 0.0);
+        ends.sort_by(f64::total_cmp);
+        for pair in ends.windows(2).filter(|pair| pair[1] - pair[0] > 1e-6) {
+            let viscous = random.between(pair[0] + 1e-3 * (pair[1] - pair[0]), pair[1]);
+            let oscillator = Oscillator::in_column(&column, viscous);
+            let answer = flow(&oscillator, 1e-9);
+            let by_list = (asked.end_at(viscous), asked.regime_at(viscous));
+            let is_known = changes.iter().all(|change| change.is_above(viscous).is_some());
+            let by_orbit = (End::of(&answer), column::regime(&oscillator, &answer));
+            assert!(!is_known || by_list == by_orbit, "{viscous} {by_list:?} {by_orbit:?} {changes:?}");
+        }
+        changes.iter().for_each(|change| seen[change.kind as usize] += 1);
+    }
+    let of = |kind: ChangeKind| seen[kind as usize];
+    assert!(
+        of(ChangeKind::Fold) > 0 && of(ChangeKind::Crossing) > 0 && of(ChangeKind::Grazing) > 0,
+        "{seen:?}"
+    );
 }
