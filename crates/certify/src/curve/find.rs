@@ -5,6 +5,7 @@
 //! as samples of S keep a share of what the exact orbit has, and the checker proves the sign; else it
 //! shrinks.
 
+use std::cell;
 use std::sync::LazyLock;
 
 use super::check::{Budget, Cell, Field};
@@ -32,6 +33,8 @@ const MOST_TRIALS: usize = 60;
 const MOST_DOUBLINGS: usize = 40;
 /// Relative accuracy of kappa: what is left of a gap is small against what kappa turns.
 const ENOUGH: f64 = 1e-10;
+/// Quota of a column: steps of orbits, a few microseconds each. Usual columns take a thousandth to a tenth of it.
+const MOST_STEPS: u64 = 400_000;
 /// kappa of curves that land.
 const LANDING: [f64; 7] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 1e-3];
 /// Relative distance of an inward end from the line: of the size of what kappa turns there.
@@ -238,11 +241,13 @@ fn lowered(row: &[f64; COUNT]) -> [f64; COUNT - 1] {
 /// Finds curves of one column.
 pub(super) struct Finder {
     field: Field,
+    /// The steps of orbits that are left.
+    work: cell::Cell<u64>,
 }
 
 impl Finder {
     pub(super) fn new(column: &Column) -> Self {
-        Self { field: Field::new(column) }
+        Self { field: Field::new(column), work: cell::Cell::new(MOST_STEPS) }
     }
 
     pub(super) fn field(&self) -> &Field {
@@ -288,7 +293,7 @@ impl Finder {
     pub(super) fn critical(&self, [lo, hi]: [f64; 2]) -> Result<f64, Stop> {
         let at = |damping: f64| {
             let field = self.field.at(damping);
-            let flow = Turned::new(&field, 0.0);
+            let flow = Turned::new(&field, 0.0, &self.work);
             Self::mismatch(&flow, [[0.0, -field.drop.hi], [0.0, 0.0]]).0
         };
         let (low, high) = ((lo, at(lo)), (hi, at(hi)));
@@ -304,11 +309,11 @@ impl Finder {
     }
 
     /// kappa, with its sign, with which a curve closes in a field; `guess` is a guess of its size.
-    fn closes(field: &Field, kind: Kind, guess: f64) -> Result<f64, Stop> {
+    fn closes(&self, field: &Field, kind: Kind, guess: f64) -> Result<f64, Stop> {
         let sign = -kind.sign();
         // Positive for small kappa: turning moves an outward curve inwards, and an inward one outwards.
         let at = |log: f64| {
-            let flow = Turned::new(field, sign * log.exp());
+            let flow = Turned::new(field, sign * log.exp(), &self.work);
             -sign * Self::mismatch(&flow, Self::ends(&flow, kind)).0
         };
         let mut log = guess.max(f64::MIN_POSITIVE).ln();
@@ -336,9 +341,12 @@ impl Finder {
     /// A curve that closes, at c; `guess` is a guess of kappa.
     pub(super) fn closed(&self, kind: Kind, damping: f64, guess: f64) -> Result<Found, Stop> {
         let field = self.field.at(damping);
-        let flow = Turned::new(&field, Self::closes(&field, kind, guess)?);
-        let halves = Self::closing(&flow, kind).ok_or(Stop::NotClosed)?;
-        Found::of(kind, &flow, &halves, &mut Budget::of_a_curve())
+        let found = self.closes(&field, kind, guess).and_then(|kappa| {
+            let flow = Turned::new(&field, kappa, &self.work);
+            let halves = Self::closing(&flow, kind).ok_or(Stop::NotClosed)?;
+            Found::of(kind, &flow, &halves, &mut Budget::of_a_curve())
+        });
+        found.map_err(|why| self.because(why))
     }
 
     /// The halves of a curve that nearly closes.
@@ -372,15 +380,23 @@ impl Finder {
         let field = self.field.at(damping);
         let mut stop = Stop::NotClosed;
         for kappa in LANDING {
-            let flow = Turned::new(&field, kappa);
+            let flow = Turned::new(&field, kappa, &self.work);
             let found = Self::way(&flow)
                 .and_then(|halves| Found::of(Kind::Lands, &flow, &halves, &mut Budget::of_a_curve()));
             match found {
                 Ok(found) => return Ok(found),
-                Err(why) => stop = why,
+                Err(why) => stop = self.because(why),
+            }
+            if stop == Stop::TooMuchWork {
+                break;
             }
         }
         Err(stop)
+    }
+
+    /// The reason why nothing was found: that no steps are left, where that is it.
+    fn because(&self, why: Stop) -> Stop {
+        if self.work.get() == 0 { Stop::TooMuchWork } else { why }
     }
 
     /// The control points of a curve found elsewhere, divided at the same shares of time, here and at c.
@@ -388,9 +404,9 @@ impl Finder {
         let (field, kind) = (self.field.at(damping), found.curve.kind);
         let kappa = match kind {
             Kind::Lands => found.kappa,
-            _ => Self::closes(&field, kind, found.kappa.abs()).ok()?,
+            _ => self.closes(&field, kind, found.kappa.abs()).ok()?,
         };
-        let flow = Turned::new(&field, kappa);
+        let flow = Turned::new(&field, kappa, &self.work);
         let halves = match kind {
             Kind::Lands => Self::way(&flow).ok()?,
             _ => Self::closing(&flow, kind)?,

@@ -4,6 +4,8 @@
 //! `y' = F_y -+ kappa a y`, with the upper signs for curves that orbits cross outwards. On its orbits
 //! `S = +- kappa (F_y^2 / a + a y^2)`, of one sign everywhere. Steps are Gragg's, extrapolated.
 
+use std::cell::Cell;
+
 use super::check::Field;
 use slipmap_model::friction::Polynomial;
 use slipmap_numbers::TimesPlus as _;
@@ -34,6 +36,8 @@ pub(super) struct Turned<'a> {
     /// The corners of the law between which it is; beyond them the polynomials there continue the law, so
     /// that no step feels a corner that it ends at.
     section: [f64; 2],
+    /// The steps that are left to the curves of a column.
+    work: &'a Cell<u64>,
 }
 
 /// Where an orbit is followed to.
@@ -57,8 +61,13 @@ pub(super) enum End {
 }
 
 impl<'a> Turned<'a> {
-    pub(super) fn new(field: &'a Field, kappa: f64) -> Self {
-        Self { field, kappa, section: [0.0, f64::INFINITY] }
+    pub(super) fn new(field: &'a Field, kappa: f64, work: &'a Cell<u64>) -> Self {
+        Self { field, kappa, section: [0.0, f64::INFINITY], work }
+    }
+
+    /// Whether no steps are left: then orbits are not followed farther.
+    fn is_spent(&self) -> bool {
+        self.work.get() == 0
     }
 
     /// The flow between the corners next to a state, from which it goes in the direction of time that `sign`
@@ -157,6 +166,7 @@ impl<'a> Turned<'a> {
 
     /// The state after a time, and its error by the last two extrapolations in units of what is allowed.
     fn step(&self, from: State, time: f64) -> (State, f64) {
+        self.work.set(self.work.get().saturating_sub(1));
         let rate = self.rate(from);
         let mut row: [State; LEVELS] = [from; LEVELS];
         let mut error = f64::INFINITY;
@@ -196,6 +206,9 @@ impl<'a> Turned<'a> {
         let (mut state, mut time, mut h) = (from, 0.0, STEPS[0]);
         let mut has_turned = false;
         for _ in 0..MOST_STEPS {
+            if self.is_spent() {
+                break;
+            }
             let flow = self.near(state, sign);
             h = h.min(flow.room(state, sign));
             let (mut next, error) = flow.step(state, sign * h);
@@ -252,7 +265,7 @@ impl<'a> Turned<'a> {
         if error <= 1.0 {
             return Some(whole);
         }
-        while count <= 256 {
+        while count <= 256 && !self.is_spent() {
             count *= 4;
             let (mut worst, h) = (0.0_f64, time / f64::from(count));
             state = from;
