@@ -26,7 +26,7 @@ pub const TIGHT: f64 = 1e-13;
 
 /// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto an
 /// unstable slip cycle: a slightly larger one leads to the attractor that lies outside of it.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Kick {
     /// Along the belt's motion, > 0.
     pub forward: f64,

@@ -242,7 +242,7 @@ mod tests {
     use lines::{percentage, regime_lines, sections};
     use slipmap_column::Regime;
     use slipmap_machine::assessment::{Undetermined, assess};
-    use slipmap_machine::risk::{Estimate, Spread, risk};
+    use slipmap_machine::risk::{Spread, WithLimits, risk};
     use slipmap_machine::{Friction, Machine, Motion};
     use slipmap_model::filippov::Stability;
     use slipmap_model::friction::{Expression, Law, Table};
@@ -516,7 +516,7 @@ mod tests {
 
     #[test]
     fn shares_are_printed_as_people_read_them() {
-        let print = |value, limits| percentage(&Estimate { value, limits });
+        let print = |value, limits| percentage(&WithLimits { value, limits });
         assert_eq!(print(1.0, [0.999_98, 1.0]), "100 (> 99.99 to 100) %");
         assert_eq!(print(1.0, [1.0, 1.0]), "100 %");
         assert_eq!(print(6.77e-15, [6.7e-15, 6.8e-15]), "< 0.01 %");

@@ -9,7 +9,7 @@ use slipmap_numbers::text::{known_part, rounded, short, with_error};
 use toml_edit::{DocumentMut, Item, TomlError};
 
 /// A law fitted to measured friction, in SI units.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, serde::Serialize, schemars::JsonSchema)]
 pub struct FittedLaw {
     /// Its name in the table of laws.
     law: String,
@@ -41,7 +41,7 @@ const SURE: f64 = 2.0;
 const AS_GOOD: f64 = 4.0;
 
 /// Laws fitted to measured friction: what `slipmap fit --json` prints.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, serde::Serialize, schemars::JsonSchema)]
 pub struct Fitted {
     /// The file.
     data: String,
