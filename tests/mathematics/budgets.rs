@@ -3,7 +3,7 @@
 
 use slipmap::certify::Guarantee;
 use slipmap::column::backbone::Backbone;
-use slipmap::column::slip_cycle::Unknown;
+use slipmap::column::slip_cycle::CyclesUnknown;
 use slipmap::column::{self, Behaviour, Method, NoCriticalDamping, Verdict, critical_damping};
 use slipmap::filippov::Oscillator;
 use slipmap::flow::{Failure, Fate};
@@ -215,7 +215,7 @@ fn hostile_formulas_keep_to_their_quotas() {
     assert_eq!(found.fate, Fate::Failed(Failure::Quota));
     assert_eq!(critical_damping(&law.column(&point), TOLERANCE), Err(NoCriticalDamping::Quota));
     let slip = column::slip_cycles(&oscillator, &found, TOLERANCE);
-    assert_eq!(slip, Err(Unknown::Orbit(Failure::Quota)));
+    assert_eq!(slip, Err(CyclesUnknown::Orbit(Failure::Quota)));
 }
 
 #[test]
