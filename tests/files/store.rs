@@ -543,7 +543,7 @@ fn a_changed_attribute_or_layout_is_found() {
 
 #[cfg(unix)]
 #[test]
-fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
+fn a_map_is_readable_while_a_process_of_its_writing_runs() {
     // A child process inherits the open file, and with it the lock.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.h5");

@@ -250,7 +250,7 @@ fn five_hundred_hostile_formulas_end_within_two_seconds_each() {
 /// Two threads that ask one column the same questions, each in an order of its own, have the answers of columns that were
 /// asked nothing else.
 #[test]
-fn answers_do_not_depend_on_the_order_of_questions_nor_on_the_thread() {
+fn answers_depend_neither_on_order_nor_on_thread() {
     let mut random = Random(71);
     let wavy = "1 - 1.4012*u*exp(-u/1.51636) + 0.19596*sin(7.376*u) - 0.06*u";
     let laws = [

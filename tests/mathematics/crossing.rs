@@ -266,7 +266,7 @@ fn a_repelling_crossing_cycle_separates_its_neighbours() {
 /// The stick-slip cycle and the crossing cycle both attract, up to the damping at which the crossing cycles
 /// vanish.
 #[test]
-fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
+fn crossing_around_stick_slip_belongs_to_the_regime() {
     let law = formula("1-a*(tanh((u-m)/s)+tanh(m/s))");
     let at = |c: f64| {
         let oscillator = at_one(&law, &[1.0, 20.5, 1.0], 10.0, c);

@@ -562,7 +562,7 @@ fn assert_map_is_the_picture(server: &Server, scratch: &Scratch, asked: &Value) 
 }
 
 #[test]
-fn the_plane_leaves_as_a_configuration_with_the_commands_of_its_map_and_figures() {
+fn the_commands_of_a_plane_make_its_map_and_figures() {
     let scratch = Scratch::new();
     let server = Server::start(&scratch, &[]);
     let texts = server.answer("texts", &plane());

@@ -249,7 +249,7 @@ fn tables_as_spreadsheets_write_them_are_read() {
 /// The friction oscillates by 6e-6, and the orbit passes two hundred periods in a turn: with a tolerance of
 /// 1e-8 the direct engine steps over them, and is wrong by 26 times its stated error.
 #[test]
-fn an_audit_asks_again_with_smaller_steps_before_it_contradicts() {
+fn audits_take_smaller_steps_before_they_contradict() {
     let scratch = Scratch::new();
     let map = "[friction]
 law = \"expression\"

@@ -483,7 +483,7 @@ fn bad_table_places() {
 }
 
 #[test]
-fn a_reader_that_leaves_early_ends_the_command_without_a_message() {
+fn a_reader_that_leaves_ends_the_command_silently() {
     let scratch = Scratch::new();
     // More than a pipe holds, so that a write fails at the closed end.
     scratch.file("in.csv", many(2000));

@@ -358,7 +358,7 @@ mod tests {
 
     /// Orbits of a fast belt cross the belt line for ever: what the page says of stick-slip is about a window of dampings.
     #[test]
-    fn what_overtakes_the_belt_is_not_told_to_stick_slip_below_a_damping() {
+    fn what_overtakes_the_belt_has_no_damping_of_stick_slip() {
         let machine = example(Law::Exponential).with("kinetic_friction", 0.1).unwrap();
         let machine = machine.with("stribeck_velocity", 25.0).unwrap().with("strengthening", 0.0).unwrap();
         let machine = machine.with("belt_speed", 75.0).unwrap().with("damping", 0.02).unwrap();
