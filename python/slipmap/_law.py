@@ -578,7 +578,7 @@ class Law:
         if self.name == "expression":
             values.insert(0, repr(definition.split("\n", 1)[1]))
         elif self.name == "table":
-            rows = definition.count("\n")
+            rows = definition.split("\n{")[0].count("\n")
             values.insert(0, f"<{rows} data>")
         elif self.name == "function":
             maker = "from_function"

@@ -3,13 +3,10 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 use slipmap::config::{self, About, LawText, Level, Origin, Wrong, number_in, size, size_on_disc, with_unit};
 use slipmap::friction::{Function, Law as Family, PointError};
 use slipmap::machine::{Coefficients, DAMPING_RATIO, Dimension, Motion, Normal, unit};
 use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
-
-use crate::point::json;
 
 /// A family of friction laws; its parameters are given at every call.
 #[pyclass(frozen, module = "slipmap._core")]
@@ -128,33 +125,13 @@ impl Law {
     fn from_definition(name: &str, definition: &str) -> PyResult<Self> {
         let law = Family::from_definition(name, definition);
         let law = law.ok_or_else(|| PyValueError::new_err(format!("this defines no law `{name}`")))?;
-        // As the constructor makes it: a definition has the data alone.
-        let Family::Table(table) = law.as_written() else { return Ok(Self { law }) };
-        let mut table = Family::Table(table.with_error_of_curve());
-        if !law.parameters().is_empty() {
-            table = table.with_drop();
-        }
-        Ok(Self { law: if law.is_read_as_small() { table.read_as_small() } else { table } })
-    }
-
-    /// The table that was described in JSON.
-    #[staticmethod]
-    fn from_text(text: &str) -> PyResult<Self> {
-        let text: LawText =
-            serde_json::from_str(text).map_err(|why| PyValueError::new_err(why.to_string()))?;
-        let law = text.law(About::Oscillator).map_err(|wrong| of_wrong(&wrong, ""))?;
         Ok(Self { law })
     }
 
-    /// How to make the law again, for pickle: a table with what is known of its file.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let is_table = matches!(self.law.as_written(), Family::Table(_));
-        let text = LawText::of(&self.law, About::Oscillator).filter(|_| is_table);
-        let (again, arguments) = match text {
-            Some(text) => ("from_text", vec![json(&text)?]),
-            None => ("from_definition", vec![self.name().to_owned(), self.definition()]),
-        };
-        Ok((py.get_type::<Self>().getattr(again)?, PyTuple::new(py, arguments)?))
+    /// How to make the law again, for pickle.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (&'static str, String))> {
+        let again = py.get_type::<Self>().getattr("from_definition")?;
+        Ok((again, (self.name(), self.definition())))
     }
 
     #[getter]

@@ -23,7 +23,7 @@ LAW = slipmap.Law.stribeck(alpha=0.4, beta=0.2, gamma=2.0)
 
 @settings(max_examples=20, deadline=None)
 @given(st.data(), st.sampled_from([np.float64, np.float32, np.float16]))
-def test_any_shapes_broadcast_as_a_ufunc_and_elements_are_those_of_single_calls(data, dtype):
+def test_any_shapes_broadcast_and_elements_are_those_of_calls(data, dtype):
     shapes = data.draw(hnp.mutually_broadcastable_shapes(num_shapes=2, max_dims=3, max_side=3))
     V, epsilon = (
         data.draw(hnp.arrays(dtype, shape, elements=st.floats(0.125, 4.0, width=16))) for shape in shapes.input_shapes
@@ -204,7 +204,7 @@ def test_a_call_tells_its_progress():
     assert told[-1] == (1000, 1000) and told == sorted(told)
 
 
-def test_laws_without_epsilon_need_none_and_illegal_values_are_refused_where_they_are_written():
+def test_laws_without_epsilon_need_none_and_errors_have_places():
     law = slipmap.Law.exponential(mu=0.5, vs=1.0)
     assert slipmap.critical_c(law, V=1.0) == slipmap.critical_c(law.replace(eta=0.0), V=1.0, epsilon=1.0)
     assert slipmap.Point(law, V=1.0, c=0.1)["epsilon"] == 1.0

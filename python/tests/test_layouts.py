@@ -65,7 +65,7 @@ def test_arrays_compute_through_their_mask():
     assert np.array_equal(slipmap.backbone(LAW, [1.0], V=V, epsilon=0.1).mask[:, 0], V.mask)
 
 
-def test_a_series_keeps_its_index_and_results_have_names_of_their_own():
+def test_series_keep_their_index_and_results_are_named():
     V = pd.Series([0.5, 1.0], index=["slow", "fast"], name="V")
     c, error = slipmap.critical_c(LAW, V=V, epsilon=0.1, return_error=True)
     assert isinstance(c, pd.Series) and list(c.index) == ["slow", "fast"]

@@ -47,7 +47,7 @@ def test_notebooks_are_small_and_each_is_tried():
     assert all(path.stat().st_size < 150_000 for path in found)
 
 
-def test_the_comparison_of_the_paper_has_the_numbers_of_the_report(program, tmp_path, run):
+def test_the_paper_comparison_has_the_numbers_of_the_report(program, tmp_path, run):
     names = run("paper_comparison")
     fewer, volume, percent, medians = (names[name] for name in ("fewer", "volume", "percent", "medians"))
 

@@ -356,7 +356,8 @@ class Law:
 
     def table(self, definition):
         """Cubics with the slopes of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984)."""
-        head, *lines = definition.split("\n")
+        # The last line may tell what is known of the file of the data.
+        head, *lines = definition.partition("\n{")[0].split("\n")
         level, _, origin = head.partition(" ")
         level, rows = number(float(level)), [[number(float(x)) for x in line.split(",")[:2]] for line in lines]
         need(len(rows) >= 3 and level > 0 and rows[0][0] == 0, "no table")

@@ -248,12 +248,12 @@ def judge_cycles(engine, told, damping, belt, wrong, counts):
         radius, counts["slip cycles"] = cycle["x2"]["to"], counts["slip cycles"] + 1
         # The slope of the return map magnifies the error of a cycle that repels, and of one that hardly attracts.
         apart = TOLERANCE * radius + 1e-9 * belt * min(1 / max(abs(1 - float(cycle["multiplier"])), 1e-5), 1e5)
+        ends += [radius, radius]
         if apart > 0.1 * radius:
             continue
         inner, outer = engine.grows(damping, radius - apart), engine.grows(damping, radius + apart)
         if inner is not None and outer is not None and (inner, outer) != (cycle["stable"], not cycle["stable"]):
             wrong.append(f"slip cycle {radius!r} at c = {damping!r} does not close: grows inside {inner}, outside {outer}")
-        ends += [radius, radius]
     ends.append(belt)
     # Between two cycles all orbits grow, or all shrink.
     grid = [belt * (i + 0.5) / RADII for i in range(RADII)] + [belt * 10 ** (-k / 2) for k in range(3, 10)]

@@ -22,7 +22,7 @@ use slipmap_machine::probe::command_line;
 use slipmap_numbers::text::{known_part, rounded};
 use slipmap_orbits::naive::NaiveKnobs;
 
-use slipmap_study::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
+use slipmap_study::failures::{self, Catalogue, Class, Comparison, FailureKind, MethodFailures};
 
 /// Largest number of cells: more would take hours.
 const MOST_CELLS: usize = 10_000_000;
@@ -153,7 +153,7 @@ impl CataloguePage<'_> {
         )?;
         writeln!(out, "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")?;
         for method in methods {
-            let counts = Kind::ALL.map(|kind| count(method.count(kind))).join(" | ");
+            let counts = FailureKind::ALL.map(|kind| count(method.count(kind))).join(" | ");
             let [c, error, epsilon] = method.farthest_wrong();
             let [c, error] = with_error(c, error);
             writeln!(
@@ -242,12 +242,12 @@ impl CataloguePage<'_> {
 
     fn methods_csv(&self) -> String {
         let mut header = vec!["method", "guarantee", "cells", "right"];
-        header.extend(Kind::ALL.map(Kind::name));
+        header.extend(FailureKind::ALL.map(FailureKind::name));
         header.extend(["farthest_wrong_c", "farthest_wrong_c_error", "farthest_wrong_epsilon"]);
         let rows = self.catalogue.methods.iter().map(|method| {
             let mut row = vec![method.method.name().to_owned(), method.method.guarantee().name().to_owned()];
             row.extend([method.cells, method.right()].map(|n| n.to_string()));
-            row.extend(Kind::ALL.map(|kind| method.count(kind).to_string()));
+            row.extend(FailureKind::ALL.map(|kind| method.count(kind).to_string()));
             row.extend(method.farthest_wrong().map(number));
             row
         });

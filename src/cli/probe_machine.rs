@@ -9,7 +9,7 @@ use super::{Failure, notes, say};
 use slipmap_column::Regime;
 use slipmap_config::{MachineJob, load_machine};
 use slipmap_machine::assessment::StandardErrors;
-use slipmap_machine::behaviour::{Behaviour, Limit};
+use slipmap_machine::behaviour::{Limit, MachineBehaviour};
 use slipmap_machine::probe::regime_words;
 use slipmap_machine::{BELT_SPEED, Dimension, Machine};
 use slipmap_map::Shown;
@@ -87,7 +87,7 @@ fn limit(limit: Limit, unit: &str) -> String {
 pub(super) fn write(
     out: &mut dyn Write,
     machine: &Machine,
-    behaviour: &Behaviour,
+    behaviour: &MachineBehaviour,
     errors: Option<&StandardErrors>,
     units: &[(&'static str, Option<Shown>)],
 ) -> io::Result<()> {

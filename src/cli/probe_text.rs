@@ -6,7 +6,7 @@ use super::output::{Align, TextTable, count, exact, short, signed};
 use slipmap_certify::slip_count::{SlipCount, proves_absence};
 use slipmap_column::critical::is_known;
 use slipmap_column::crossing::CrossingCycles;
-use slipmap_column::limits::{HIGHEST, Limit, Unknown};
+use slipmap_column::limits::{EpsilonLimit, HIGHEST, NoEpsilonLimit};
 use slipmap_column::sensitivity::NoSensitivity;
 use slipmap_column::{BasinBoundary, ChangeKind, Neighbour, separates};
 use slipmap_machine::probe::{Answer, equilibrium_type, fate_name, regime_words};
@@ -371,11 +371,14 @@ fn slip_count_words(found: usize, count: &SlipCount) -> String {
 }
 
 /// Reasons why limits in eps are unknown, each with the names of its methods.
-fn unknown_limits(answer: &Answer, limits: &[Limit]) -> Vec<(Unknown, String)> {
-    let of = |why: Unknown| {
+fn unknown_limits(answer: &Answer, limits: &[EpsilonLimit]) -> Vec<(NoEpsilonLimit, String)> {
+    let of = |why: NoEpsilonLimit| {
         let methods = answer.methods.iter().zip(limits).filter(|(_, limit)| limit.unknown() == Some(why));
         let names: Vec<&str> = methods.map(|(answer, _)| answer.method.name()).collect();
         (!names.is_empty()).then(|| (why, names.join(", ")))
     };
-    [Unknown::NoFlow, Unknown::GivenUp, Unknown::NotSought].into_iter().filter_map(of).collect()
+    [NoEpsilonLimit::NoFlow, NoEpsilonLimit::GivenUp, NoEpsilonLimit::NotSought]
+        .into_iter()
+        .filter_map(of)
+        .collect()
 }

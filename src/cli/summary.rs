@@ -11,6 +11,7 @@ use slipmap_column::{Method, Verdict, left_out};
 use slipmap_config::{Job, load_machine};
 use slipmap_machine::probe::{command_line, fate_name};
 use slipmap_map::{Axis, Field, LISTED, PlaneCurves, Summary};
+use slipmap_numbers::text::rounded;
 use slipmap_report::proved::{Rounded, proved_percent};
 
 /// Share of the box left undecided above which the summary says what to raise.
@@ -153,7 +154,7 @@ fn head(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
         number_of(job.plan.grid.column_count(), "column"),
         duration(summary.seconds),
         number_of(summary.threads, "thread"),
-        short3(rate(account.cells, summary.seconds)),
+        rounded(rate(account.cells, summary.seconds), 3),
         peak_memory().map_or(String::new(), |peak| format!(", {} of memory", bytes(peak.into()))),
         report.whole_time()
     )?;
@@ -179,7 +180,7 @@ fn methods(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
             let cells = found.cells_with(verdict);
             row.extend([count(cells), percent(cells, account.cells)]);
         }
-        row.extend([short3(found.seconds), short3(rate(account.cells, found.seconds))]);
+        row.extend([rounded(found.seconds, 3), rounded(rate(account.cells, found.seconds), 3)]);
         table.row(row);
     }
     // Time that belongs to no method, and the total.
@@ -189,7 +190,7 @@ fn methods(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
     for (stage, seconds) in stages.into_iter().filter(|(_, seconds)| *seconds > 0.0).chain([("all", all)]) {
         let mut row = vec![stage.to_owned()];
         row.resize(1 + 2 * shown.len(), String::new());
-        row.extend([short3(seconds), short3(rate(account.cells, seconds))]);
+        row.extend([rounded(seconds, 3), rounded(rate(account.cells, seconds), 3)]);
         table.row(row);
     }
     table.write(out)?;
@@ -482,11 +483,6 @@ fn percent(part: u64, whole: u64) -> String {
         share if share >= 99.95 => ">99.9".into(),
         share => format!("{share:.1}"),
     }
-}
-
-/// A number rounded to three significant digits.
-fn short3(x: f64) -> String {
-    short(format!("{x:.2e}").parse().unwrap_or(x))
 }
 
 #[cfg(test)]

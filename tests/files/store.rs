@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use slipmap::column::{Method, Regime, Verdict};
 use slipmap::files::Existing;
-use slipmap::friction::Law;
+use slipmap::friction::{Law, Table};
 use slipmap::map::{Account, Field, Grid, MethodCells, Plan, Runs, Sink, Tile, TileData};
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{CheckReport, MapFile, Outcome, PartialMap, Provenance, StoreError, Value, check};
+use slipmap_model::friction::Source;
 use tempfile::TempDir;
 
 /// Axes with lengths that no tile size divides, and axes of one point.
@@ -298,6 +299,34 @@ fn slices_drop_the_axes_that_are_held() {
     assert!(unknown.to_string().contains("it has verdict_"), "{unknown}");
 }
 
+/// Measured friction without a row at rest, of many readings, with a drop.
+#[test]
+fn a_law_is_read_as_written() {
+    let (folder, data) = (TempDir::new().unwrap(), [(0.0, 0.42), (0.1, 0.4), (0.2, 0.38), (0.5, 0.3)]);
+    let source = Source {
+        lines: vec![0, 2, 3, 7],
+        readings: 300,
+        told: Some("rig.csv: \"both\"\ndirections".into()),
+        forces: true,
+        no_rest: true,
+        named_errors: true,
+    };
+    let table = Table::new("rig.csv", &data, 0.42).unwrap().with_standard_errors(&[0.01; 4]).unwrap();
+    let known = table.with_error_of_curve().with_source(source);
+    for (i, law) in
+        [Law::Table(table), Law::Table(known.clone()), Law::Table(known).with_drop().read_as_small()]
+            .into_iter()
+            .enumerate()
+    {
+        let nodes = law.axis_names().iter().map(|_| vec![0.5]).collect();
+        let plan =
+            Plan::builder(Grid::new(law, nodes).unwrap()).audit_cells(0).proof_boxes(0).build().unwrap();
+        let path = folder.path().join(format!("{i}.h5"));
+        write_map(&path, &plan);
+        assert_eq!(MapFile::open(&path).unwrap().grid().law(), plan.grid.law());
+    }
+}
+
 #[test]
 fn the_order_of_tiles_leaves_no_trace() {
     let folder = TempDir::new().unwrap();
@@ -514,7 +543,7 @@ fn a_changed_attribute_or_layout_is_found() {
 
 #[cfg(unix)]
 #[test]
-fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
+fn a_map_is_readable_while_a_process_of_its_writing_runs() {
     // A child process inherits the open file, and with it the lock.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.h5");

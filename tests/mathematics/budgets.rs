@@ -3,7 +3,7 @@
 
 use slipmap::certify::Guarantee;
 use slipmap::column::backbone::Backbone;
-use slipmap::column::slip_cycle::Unknown;
+use slipmap::column::slip_cycle::CyclesUnknown;
 use slipmap::column::{self, Behaviour, Method, NoCriticalDamping, Verdict, critical_damping};
 use slipmap::filippov::Oscillator;
 use slipmap::flow::{Failure, Fate};
@@ -215,7 +215,7 @@ fn hostile_formulas_keep_to_their_quotas() {
     assert_eq!(found.fate, Fate::Failed(Failure::Quota));
     assert_eq!(critical_damping(&law.column(&point), TOLERANCE), Err(NoCriticalDamping::Quota));
     let slip = column::slip_cycles(&oscillator, &found, TOLERANCE);
-    assert_eq!(slip, Err(Unknown::Orbit(Failure::Quota)));
+    assert_eq!(slip, Err(CyclesUnknown::Orbit(Failure::Quota)));
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn five_hundred_hostile_formulas_end_within_two_seconds_each() {
 /// Two threads that ask one column the same questions, each in an order of its own, have the answers of columns that were
 /// asked nothing else.
 #[test]
-fn answers_do_not_depend_on_the_order_of_questions_nor_on_the_thread() {
+fn answers_depend_neither_on_order_nor_on_thread() {
     let mut random = Random(71);
     let wavy = "1 - 1.4012*u*exp(-u/1.51636) + 0.19596*sin(7.376*u) - 0.06*u";
     let laws = [

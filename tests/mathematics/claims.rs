@@ -208,7 +208,7 @@ fn landing_return_time_and_period_have_their_orders() {
 /// which tends to zero with kappa, so no eps is small enough for all parameters. Conversely (14) implies (12)
 /// at every eps. Beyond eps_14 the cycle persists for a while, around a stable equilibrium.
 #[test]
-fn the_divergence_test_follows_from_the_first_order_test_up_to_a_certain_eps() {
+fn first_order_implies_divergence_up_to_a_certain_eps() {
     let mut last = f64::INFINITY;
     for kappa in [0.5, 0.1, 0.01, 1e-3, 1e-4] {
         let sample = at_kappa(laws()[0], kappa);
@@ -243,7 +243,7 @@ fn the_divergence_test_follows_from_the_first_order_test_up_to_a_certain_eps() {
 /// weakening has become smaller on the way, so that the first-order form is a false certificate at finite
 /// eps.
 #[test]
-fn bendixson_to_first_order_is_a_false_certificate_at_finite_eps() {
+fn first_order_bendixson_is_false_at_finite_eps() {
     let sample = Sample { epsilon: 0.2, alpha: 0.5, beta: 0.0, gamma: 2.0, belt_speed: 1.0, damping: 0.9 };
     assert_eq!(decide("bendixson_leading", &sample), Decision::Present);
     assert_eq!(decide("bendixson", &sample), Decision::Undecided);

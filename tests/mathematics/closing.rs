@@ -74,7 +74,7 @@ fn a_slow_belt_with_strong_weakening_has_a_critical_damping() {
 }
 
 #[test]
-fn the_direct_engine_changes_its_verdict_at_the_critical_damping() {
+fn the_direct_verdict_changes_at_the_critical_damping() {
     let (mut solved, mut decided, mut asked) = (0, 0, 0);
     for strong in [1.0, 3.0] {
         for column in columns(60, strong) {

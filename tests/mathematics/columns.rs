@@ -121,7 +121,7 @@ fn verdicts(points: &[CriticalPoint], decide: Decide, steps: &[f64], tolerance: 
 }
 
 #[test]
-fn the_error_of_the_critical_damping_holds_where_it_is_hard_to_find() {
+fn hard_critical_dampings_have_true_errors() {
     let all = column_points();
     let few: Vec<CriticalPoint> = all.iter().step_by(8).copied().collect();
     // All at the default tolerance.
@@ -152,7 +152,7 @@ fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
 /// At c* the margin vanishes, so the margin that `direct` returns is its error. Steps that went past a steep
 /// part of the law next to the belt line once missed it, by up to 78 times the stated error.
 #[test]
-fn the_error_of_the_margin_holds_where_the_law_is_steep_next_to_the_belt_line() {
+fn margins_have_true_errors_where_laws_are_steep() {
     for tolerance in [1e-6, 1e-9, 1e-12] {
         for point in column_points() {
             let oscillator = Oscillator::new(&Law::Stribeck, &point.at(point.critical_c));
@@ -201,7 +201,7 @@ fn a_cell_next_to_the_boundary_of_a_strong_node_is_not_absent() {
 /// Where the equilibrium is stable at every damping, no certificate bounds the landing speed: on fast belts
 /// the orbit crosses the belt line. Such cells were labelled present.
 #[test]
-fn cells_on_fast_belts_without_a_certificate_of_presence_are_not_present() {
+fn fast_belts_without_a_certificate_are_not_present() {
     let lorentzian = |belt_speed: f64| {
         Law::Lorentzian.point(1.0, &[0.038_736_392_456_021_56, 5.568_060_014_426_585, 0.0], belt_speed, 0.0)
     };

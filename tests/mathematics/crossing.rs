@@ -3,7 +3,7 @@
 use crate::sample::slip_cycles;
 use slipmap::column;
 use slipmap::column::crossing::{self, reach, some_cross_for_ever, stick_slip_cycle};
-use slipmap::column::slip_cycle::Unknown;
+use slipmap::column::slip_cycle::CyclesUnknown;
 use slipmap::column::{Attractors, Regime};
 use slipmap::column::{Neighbour, crossing_separates};
 use slipmap::filippov::Oscillator;
@@ -34,7 +34,7 @@ pub fn crossing_loop(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) 
 }
 
 /// All crossing cycles, of loops of every size.
-pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, CyclesUnknown> {
     let far = FarLoops::new(&oscillator.curve, oscillator.belt_speed);
     crossing::crossing_cycles(oscillator, &far, tolerance).all()
 }
@@ -76,7 +76,7 @@ fn narrow_pairs_of_crossing_cycles_are_found() {
         match crossing_cycles(&at(a), 1e-9) {
             Ok(cycles) if cycles.is_empty() => without = a,
             Ok(cycles) => (with, last) = (a, cycles),
-            Err(Unknown::TooClose) => (with, unknown) = (a, unknown + 1),
+            Err(CyclesUnknown::TooClose) => (with, unknown) = (a, unknown + 1),
             Err(failure) => panic!("{a} {failure}"),
         }
     }
@@ -121,7 +121,7 @@ fn crossing_cycles_far_out_are_found() {
     // outward all the same.
     let vanishing = at("exp(-u)-0.3*exp(-(u-5)^2)", 0.0);
     assert_eq!(regime_of_all_loops(&vanishing), Regime::StickSlipAndCrossing);
-    assert_eq!(crossing_cycles(&vanishing, 1e-9), Err(Unknown::FarOut));
+    assert_eq!(crossing_cycles(&vanishing, 1e-9), Err(CyclesUnknown::FarOut));
     let hardly = at("exp(-u)-0.003*exp(-(u-9)^2)", 0.0);
     assert_eq!(regime_of_all_loops(&hardly), Regime::Failed);
 }
@@ -266,7 +266,7 @@ fn a_repelling_crossing_cycle_separates_its_neighbours() {
 /// The stick-slip cycle and the crossing cycle both attract, up to the damping at which the crossing cycles
 /// vanish.
 #[test]
-fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
+fn crossing_around_stick_slip_belongs_to_the_regime() {
     let law = formula("1-a*(tanh((u-m)/s)+tanh(m/s))");
     let at = |c: f64| {
         let oscillator = at_one(&law, &[1.0, 20.5, 1.0], 10.0, c);
@@ -320,7 +320,7 @@ fn cycles_are_known_where_those_of_another_kind_are_not() {
                 *(if cycles.is_empty() { &mut without } else { &mut with }) = 0.5 * (without + with)
             }
             Err(unknown) => {
-                assert_eq!(unknown, Unknown::TooClose);
+                assert_eq!(unknown, CyclesUnknown::TooClose);
                 break oscillator;
             }
         }

@@ -110,7 +110,7 @@ fn the_hopf_line_of_the_stribeck_law_is_its_closed_form() {
 }
 
 #[test]
-fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
+fn grazing_is_the_critical_damping_in_every_plane() {
     let stribeck = |gammas: [f64; 2], speeds: &[f64], cs: &[f64]| {
         vec![vec![0.3], vec![0.2], vec![0.02], gammas.to_vec(), speeds.to_vec(), cs.to_vec()]
     };
@@ -249,7 +249,7 @@ fn two_slip_cycles_vanish_at_a_fold() {
 
 /// Laws with branches that are short, end in cusps next to each other, or lie within the range of a few data.
 #[test]
-fn every_fold_of_the_backbone_lies_on_a_curve_and_every_curve_on_folds() {
+fn folds_of_the_backbone_are_the_fold_curves() {
     let places =
         [0.0, 0.41124, 0.73349, 1.22768, 2.09413, 2.30025, 3.56488, 3.82221, 4.05677, 4.15869, 4.54192, 6.5];
     let friction = [

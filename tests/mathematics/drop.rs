@@ -41,7 +41,7 @@ const TWO_COEFFICIENTS: [[f64; 2]; 7] = [
 ];
 
 #[test]
-fn two_coefficients_have_the_critical_damping_of_the_closed_form() {
+fn two_coefficients_have_the_closed_critical_damping() {
     for [ratio, speed] in TWO_COEFFICIENTS {
         for drop in [0.02, 0.5, 0.9] {
             let column = coulomb(drop, speed * drop);

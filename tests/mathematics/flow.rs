@@ -103,7 +103,7 @@ fn margins_are_within_their_error() {
 /// crosses once. That is within the error of the witness, not of the arcs. A little more damping, or less,
 /// leaves no doubt.
 #[test]
-fn crossings_next_to_the_end_of_the_stick_segment_are_told_beyond_the_error() {
+fn crossings_within_the_error_of_the_landing_are_not_told() {
     let c = 0.008_231_009_388_862_14;
     let point = |c: f64| {
         let law = [0.0, 6.595376183578907e-06, 0.5064229895966048];

@@ -20,7 +20,7 @@ fn grown(oscillator: &Oscillator, rate: f64, turns: bool, a: f64, t: f64) -> f64
 }
 
 #[test]
-fn disturbances_of_unstable_steady_slip_grow_at_the_rate_of_the_eigenvalue() {
+fn disturbances_grow_at_the_rate_of_the_eigenvalue() {
     let mut random = Random(11);
     let (mut turning, mut not) = (0, 0);
     let mut between = |low: f64, high: f64| low + (high - low) * random.unit();
@@ -55,7 +55,7 @@ fn disturbances_of_unstable_steady_slip_grow_at_the_rate_of_the_eigenvalue() {
 }
 
 #[test]
-fn the_growth_time_of_a_machine_is_twice_its_mass_over_what_friction_feeds() {
+fn growth_time_is_twice_the_mass_over_the_feeding() {
     // m x'' = (N (mus - muk)/vs exp(-v/vs) - d) x' - k x about steady slip.
     let [mass, damping, normal, rest, kinetic, width, speed] = [0.4, 20.0, 200.0, 0.6, 0.35, 0.05, 0.15];
     for motion in [Motion::Translation, Motion::Rotation] {

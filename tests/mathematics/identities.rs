@@ -160,7 +160,7 @@ fn the_margin_is_monotone() {
 /// The sign of the margin and the landing speed are proved to be monotone in beta; they depend on D(u) at u
 /// >= 0 alone. Beyond the belt line the continued D(u), u < 0, rises with beta, and so may a large margin.
 #[test]
-fn a_large_margin_may_rise_with_beta_but_the_landing_speed_falls() {
+fn margins_may_rise_with_beta_landing_speeds_fall() {
     let at =
         |beta: f64| Sample { epsilon: 1.0, alpha: 0.0, beta, gamma: 0.75, belt_speed: 0.01, damping: 0.0 };
     let answers = [0.0, 1.0].map(|beta| flow(&at(beta).oscillator(), TOLERANCE));

@@ -140,7 +140,7 @@ fn interpolated_cells_are_those_of_their_own_columns() {
 /// A law that changes within less than the distance of the nodes: its columns refuse the interpolant.
 /// Columns that differ in eps alone share their computed cycles, unless the law contains eps.
 #[test]
-fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
+fn columns_with_shared_cycles_have_regimes_of_points() {
     let wave = || formula("1 - 0.3*tanh(u/0.5) + 0.02*sin(3*u)");
     let laws = [
         (Law::Stribeck, vec![vec![0.3, 0.5], vec![0.1], vec![2.0]]),
@@ -200,7 +200,7 @@ fn laws_with_a_narrow_feature() -> Vec<(Law, [f64; 2])> {
 
 /// The maps of `scripts/study outliers` in small; the first has been wrong in two of its cells.
 #[test]
-fn cells_of_laws_with_a_narrow_feature_are_those_of_their_own_columns() {
+fn narrow_features_keep_the_cells_of_their_columns() {
     let speeds = [0.0, 0.3, 0.6, 0.990508400709, 1.0, 1.00949159929, 1.5, 2.5, 4.0];
     let friction = [
         1.0,

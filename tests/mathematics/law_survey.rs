@@ -37,6 +37,6 @@ fn margins_of_random_laws_are_those_of_the_direct_engine() {
 
 #[test]
 #[ignore = "minutes: cargo test --test mathematics law_survey:: -- --ignored --nocapture"]
-fn ten_thousand_margins_of_random_laws_are_those_of_the_direct_engine() {
+fn ten_thousand_margins_are_those_of_the_direct_engine() {
     margins_are_within_their_error(10_000);
 }

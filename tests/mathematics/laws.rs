@@ -152,7 +152,7 @@ fn hyperbolic(names: &[&'static str]) -> Option<Law> {
 }
 
 #[test]
-fn a_law_given_by_functions_is_simulated_like_its_formula_without_proofs() {
+fn functions_are_simulated_as_their_formula_unproved() {
     let text = formula("1 - d*tanh(u/w)");
     let law = hyperbolic(&["d", "w"]).unwrap();
     let mut random = Random(70);

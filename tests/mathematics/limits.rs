@@ -4,7 +4,7 @@
 use crate::sample::{Random, Sample, Sampling};
 use slipmap::certify::{self, Decision};
 use slipmap::column::critical_damping;
-use slipmap::column::limits::{HIGHEST, LOWEST, Limit, Proved, Ray};
+use slipmap::column::limits::{EpsilonLimit, HIGHEST, LOWEST, ProvedThresholds, Ray};
 use slipmap::column::{Method, Verdict};
 use slipmap::filippov::Oscillator;
 use slipmap::flow::Fate;
@@ -33,7 +33,7 @@ fn proofs_for_all_eps_hold_at_every_eps_tried() {
     let mut random = Random(5);
     let (mut present, mut absent) = (0, 0);
     for sample in samples(400) {
-        let proved = Proved::of(&Law::Stribeck, &sample.point());
+        let proved = ProvedThresholds::of(&Law::Stribeck, &sample.point());
         assert!(proved.present_below <= proved.absent_above, "{sample:?} {proved:?}");
         for _ in 0..10 {
             let here = Sample { epsilon: random.log(LOWEST, HIGHEST), ..sample };
@@ -139,7 +139,9 @@ fn closed_forms_of_the_limits() {
     // The first-order test is right until c* falls below c; the margin vanishes there.
     let sample = Sample { epsilon: 1.0, alpha: 0.3, beta: 0.1, gamma: 2.0, belt_speed: 1.0, damping: 0.5 };
     let ray = ray(&sample);
-    let Limit::UpTo(epsilon) = ray.limit(method("perturbation")) else { panic!("it fails at eps = 1") };
+    let EpsilonLimit::UpTo(epsilon) = ray.limit(method("perturbation")) else {
+        panic!("it fails at eps = 1")
+    };
     let here = Sample { epsilon, ..sample };
     // The bisection leaves an error of 1e-12 of eps; the error of the margin is far below its slope, about 1.
     assert!(flow(&here.oscillator(), 1e-13).margin.abs() < 1e-9);
@@ -152,9 +154,9 @@ fn closed_forms_of_the_limits() {
     // The divergence test claims presence until gamma (1-alpha)/(1 + eps gamma V)^2 = c + 2 beta V.
     let loss = sample.damping + 2.0 * sample.beta * sample.belt_speed;
     let edge = ((sample.drop_rate() / loss).sqrt() - 1.0) / (sample.gamma * sample.belt_speed);
-    let Limit::UpTo(limit) = ray.limit(method("instability")) else { panic!("it ends") };
+    let EpsilonLimit::UpTo(limit) = ray.limit(method("instability")) else { panic!("it ends") };
     assert!((limit / edge - 1.0).abs() < 1e-11, "{limit} {edge}");
-    assert_eq!(ray.limit(Method::Simulation), Limit::Throughout);
+    assert_eq!(ray.limit(Method::Simulation), EpsilonLimit::Throughout);
 }
 
 #[test]
@@ -164,14 +166,14 @@ fn where_no_cycle_exists_at_any_eps() {
     let ray = ray(&sample);
     assert_eq!(ray.steps(), (Verdict::Absent, &[][..]));
     for name in ["perturbation", "harmonic_balance", "symmetric"] {
-        assert_eq!(ray.limit(method(name)), Limit::Throughout, "{name}");
+        assert_eq!(ray.limit(method(name)), EpsilonLimit::Throughout, "{name}");
     }
     for name in ["instability", "bendixson_leading", "bendixson"] {
-        assert_eq!(ray.limit(method(name)), Limit::Never, "{name}");
+        assert_eq!(ray.limit(method(name)), EpsilonLimit::Never, "{name}");
     }
     // `bendixson` does from c = gamma (1-alpha) on.
     let limit = self::ray(&sample.at(1.1)).limit(method("bendixson"));
-    assert_eq!(limit, Limit::Throughout);
+    assert_eq!(limit, EpsilonLimit::Throughout);
     // No weakening, no damping: every orbit is a circle, and all methods are undecided.
     let circle = Sample { alpha: 1.0, beta: 0.0, damping: 0.0, ..sample };
     assert_eq!(self::ray(&circle).steps(), (Verdict::Undecided, &[][..]));
@@ -184,9 +186,11 @@ fn where_nothing_depends_on_eps() {
     let point = law.point(1.0, &[0.5, 0.5, 0.0], 0.3, 0.0).unwrap();
     let ray = Ray::new(&law, &point, TOLERANCE);
     assert_eq!(ray.steps(), (Verdict::Present, &[][..]));
-    for (name, limit) in
-        [("simulation", Limit::Throughout), ("symmetric", Limit::Throughout), ("perturbation", Limit::Never)]
-    {
+    for (name, limit) in [
+        ("simulation", EpsilonLimit::Throughout),
+        ("symmetric", EpsilonLimit::Throughout),
+        ("perturbation", EpsilonLimit::Never),
+    ] {
         assert_eq!(ray.limit(method(name)), limit, "{name}");
     }
 }
@@ -208,12 +212,12 @@ fn a_fast_belt_ends_the_limits_at_the_landing() {
     assert!(matches!(fate(place * (1.0 - 1e-6)), Fate::Sticks(_)), "{:?}", fate(place * (1.0 - 1e-6)));
     assert_eq!(fate(place * (1.0 + 1e-6)), Fate::CrossesForever);
     for name in ["perturbation", "harmonic_balance", "bendixson_leading"] {
-        assert_eq!(ray.limit(method(name)), Limit::UpTo(place), "{name}");
+        assert_eq!(ray.limit(method(name)), EpsilonLimit::UpTo(place), "{name}");
     }
     // The theorems check the landing: they are undecided before it.
     for name in ["instability", "symmetric"] {
         let limit = ray.limit(method(name));
-        let Limit::UpTo(silent) = limit else { panic!("{name} {limit:?}") };
+        let EpsilonLimit::UpTo(silent) = limit else { panic!("{name} {limit:?}") };
         assert!(silent < place, "{name} {limit:?} {place}");
     }
     assert!(ray.nearest_change(place * 1.01) == Some(place));

@@ -33,7 +33,7 @@ fn curve(machine: &Machine, speeds: [f64; 2], kind: Bifurcation) -> Vec<[f64; 2]
 }
 
 #[test]
-fn the_hopf_curve_of_the_exponential_law_is_a_logarithm_of_the_normal_force() {
+fn the_exponential_hopf_curve_is_a_logarithm_of_force() {
     let (width, damping) = (0.25, 4.0);
     let machine = machine(&Law::Exponential, &[("stribeck_velocity", width), ("damping", damping)]);
     let points = curve(&machine, [0.05, 1.0], Bifurcation::Hopf);
@@ -47,7 +47,7 @@ fn the_hopf_curve_of_the_exponential_law_is_a_logarithm_of_the_normal_force() {
 
 /// lambda = v sqrt(k m)/((mu_s - mu_k) N), by the closed form, see `drop.rs`.
 #[test]
-fn the_boundary_of_two_coefficients_is_a_straight_line_in_the_normal_force() {
+fn two_coefficients_have_a_boundary_linear_in_force() {
     for (ratio, lambda) in [(0.01, 2.73924041678774), (0.2, 0.366973926704089)] {
         let machine = machine(&Law::Coulomb, &[("damping_ratio", ratio)]);
         let slope = lambda * 0.1 / 40.0;

@@ -112,7 +112,7 @@ fn one_unstable_slip_cycle_inside_the_band_and_none_outside() {
 }
 
 #[test]
-fn orbits_on_both_sides_of_the_unstable_cycle_end_where_the_regime_says() {
+fn orbits_beside_the_unstable_cycle_end_as_the_regime_says() {
     for column in columns() {
         for fraction in [0.3, 0.7] {
             let oscillator = in_band(&column, fraction);
@@ -421,7 +421,7 @@ fn cycles_and_regimes_are_consistent_at_random_points() {
 
 /// The attractor beyond an orbit of unknown fate is reported as unknown.
 #[test]
-fn an_uncertain_orbit_from_the_exit_point_leaves_neighbours_unknown() {
+fn an_uncertain_exit_orbit_leaves_neighbours_unknown() {
     for fate in [Fate::TooCloseToCall, Fate::Failed(Failure::StepBudget)] {
         assert_eq!(separates(0, 1, &fate), [Neighbour::Equilibrium, Neighbour::Unknown]);
         assert_eq!(crossing_separates(0, 1, 0, &fate), [Neighbour::Unknown; 2]);

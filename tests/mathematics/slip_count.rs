@@ -115,7 +115,7 @@ fn bends_one_way(random: &mut Random, sign: f64) -> (Law, LawParameters) {
 
 /// C(r) is w(V) at rest, and rises strictly from there; the mirror image falls.
 #[test]
-fn closed_orbits_of_laws_that_bend_one_way_have_the_damping_of_one_amplitude_alone() {
+fn laws_that_bend_one_way_have_one_amplitude_at_a_damping() {
     let mut random = Random(83);
     let (mut asked, mut farthest) = (0, 0.0_f64);
     for i in 0..60 {

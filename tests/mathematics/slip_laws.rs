@@ -116,7 +116,7 @@ fn lorentzian(belt_speed: f64) -> Column {
 const POINTS: usize = 1000;
 
 #[test]
-fn the_slip_cycle_appears_in_a_hopf_bifurcation_and_ends_at_grazing() {
+fn slip_cycles_begin_at_hopf_and_end_at_grazing() {
     let mut random = Random(31);
     for i in 0..POINTS {
         let column = lorentzian(0.5 + 0.15 * random.unit());

@@ -119,7 +119,7 @@ fn critical_dampings_of_steep_laws_are_those_of_the_reference() {
 /// On both sides of c*, nearly as close to it as its error, the witness finds the fates that c* promises, where it can tell
 /// them. The cost of c* grows like the logarithm of the Stribeck velocity.
 #[test]
-fn the_witness_confirms_both_sides_of_the_critical_damping_of_steep_laws() {
+fn the_witness_confirms_both_sides_of_steep_laws() {
     let (mut confirmed, mut tried) = (0, 0);
     for vs in [0.1, 0.03, 1e-2, 1e-3, 1e-4, 1e-6] {
         let text = format!("0.58 + 0.42*exp(-(u/{vs})^2) + 0.01*u");
@@ -152,7 +152,7 @@ fn confirmations(column: &Column, found: CriticalDamping) -> usize {
 /// Friction that falls steeply away from rest: an orbit that comes to such a place fast is braked there, but not down to
 /// the speed at which braking and spring balance.
 #[test]
-fn falls_away_from_rest_have_the_critical_damping_that_the_witness_confirms() {
+fn the_witness_confirms_falls_away_from_rest() {
     let mut random = Random(52);
     let (mut confirmed, mut tried) = (0, 0);
     for number in 0..100 {
@@ -186,7 +186,7 @@ const WITHHELD_BELOW: f64 = 1e-8;
 
 /// Nothing is told that is wrong by more than its error, and what is told is known to 1 %.
 #[test]
-fn the_error_of_the_critical_damping_covers_the_truth_of_steep_laws() {
+fn errors_of_critical_dampings_cover_steep_laws() {
     let (mut told, mut wrong) = ([0, 0], Vec::new());
     for vs in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 3e-10, 1e-10, 1e-11] {
         for belt_speed in [0.2, 0.5, 1.0, 3.0] {

@@ -16,7 +16,7 @@ use slipmap::report::work_precision::{add_peers, write_study};
 use slipmap::store::fingerprint;
 use slipmap::study::benchmark::double_double::Double2;
 use slipmap::study::benchmark::reference::{Exact, reference};
-use slipmap::study::benchmark::{Contestant, Errors, Kind, Labels, contestants};
+use slipmap::study::benchmark::{Contestant, ContestantKind, Errors, Labels, contestants};
 use slipmap::study::benchmark::{Row, Study};
 use slipmap::witness;
 use slipmap_numbers::random::Random;
@@ -109,8 +109,9 @@ static STUDY: LazyLock<Study> = LazyLock::new(|| {
     let nodes = [vec![0.05], vec![0.0, 0.9], vec![0.0, 0.3], vec![0.5, 4.0], vec![0.2, 1.5], vec![0.0, 2.0]];
     let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
     let settings = StudySettings { cells: 60, near: 0.02, seconds: 0.02 };
-    let fast =
-        |one: &Contestant| one.kind != Kind::Naive || (one.name == "event_step" && one.setting == 1e-3);
+    let fast = |one: &Contestant| {
+        one.kind != ContestantKind::Naive || (one.name == "event_step" && one.setting == 1e-3)
+    };
     let who: Vec<Contestant> = contestants().into_iter().filter(fast).collect();
     Study::run(&grid, settings, &who, &|_| (), &|| true).unwrap()
 });
@@ -228,7 +229,7 @@ fn peers_are_those_about_the_same_cells() {
     assert_eq!(study.rows.len(), rows);
     peers(&fingerprint(&study.cells_csv()));
     add_peers(&mut study, folder.path()).unwrap();
-    let added: Vec<&Row> = study.rows.iter().filter(|row| row.kind == Kind::Peer).collect();
+    let added: Vec<&Row> = study.rows.iter().filter(|row| row.kind == ContestantKind::Peer).collect();
     assert_eq!(added.len(), 1);
     assert_eq!((added[0].name.as_str(), added[0].seconds), ("SciPy DOP853", 2e-3));
     assert_eq!(added[0].margin.map(|errors| errors.worst), Some(2e-3));

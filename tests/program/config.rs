@@ -231,7 +231,7 @@ fn bad_overrides() {
 }
 
 #[test]
-fn an_override_of_one_key_leaves_the_blame_for_others_in_the_file() {
+fn errors_beside_an_override_are_those_of_the_file() {
     let scratch = Scratch::new();
     scratch.file("bad.toml", line("beta = -1"));
     let sets = ["run", "bad.toml", "--set", "grid.V=2", "--set", "grid.gamma.points=4"];

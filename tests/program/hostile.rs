@@ -307,7 +307,7 @@ fn a_limit_on_file_sizes_is_an_error_and_costs_nothing() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn data_that_standard_output_does_not_take_are_not_lost_without_a_word() {
+fn output_that_cannot_be_written_is_an_error() {
     let scratch = Scratch::new();
     let json = [&PROBE[..], &["--json"]].concat();
     let cases: [&[&str]; 4] = [&PROBE, &json, &["--help"], &["completions", "bash"]];

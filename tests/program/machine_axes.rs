@@ -108,19 +108,33 @@ fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
     }
 }
 
-/// The same machine as people have its numbers, and in SI units.
-#[test]
-fn inputs_are_in_the_units_that_people_have() {
-    let scratch = Scratch::new();
+/// A machine as people have its numbers.
+fn people() -> String {
     let coefficients =
         "static_friction = \"40 %\"\nkinetic_friction = 0.25\nstribeck_velocity = \"10 rpm\"\nexponent = 2";
-    let people = format!(
+    format!(
         "[friction]\nlaw = \"exponential\"\n[machine]\nmotion = \"rotation\"\ninertia = \"4000 kg cm^2\"\n\
          frequency = \"600 1/min\"\ndamping_ratio = \"2 %\"\npressure = \"20 bar\"\narea = \"5 cm2\"\n\
          radius = \"100 mm\"\n{coefficients}\nbelt_speed = {{ from = \"20 rpm\", to = \"60 rpm\", points = 3 }}\n\
          [output]\npath = \"map.h5\"\n"
-    );
-    scratch.file("people.toml", &people);
+    )
+}
+
+/// Its map over speed and damping ratio, and the command that draws it.
+const PLOT: [&str; 6] = ["plot", "plane.h5", "--x", "belt_speed", "--y", "damping_ratio"];
+
+fn plane() -> Scratch {
+    let scratch = Scratch::new();
+    scratch.file("people.toml", people());
+    let plane = ["run", "people.toml", "--quiet", "--set", "machine.damping_ratio=[\"2 %\", \"4 %\"]"];
+    scratch.run(&[&plane[..], &["--set", "output.path=plane.h5"]].concat()).ends_with(0);
+    scratch
+}
+
+#[test]
+fn inputs_are_in_the_units_that_people_have() {
+    let scratch = Scratch::new();
+    scratch.file("people.toml", people());
     let job = load_machine::<f64>(&scratch.path().join("people.toml"), &[]).unwrap();
     // 20 bar on 5 cm^2 are 1 kN, at 100 mm.
     let (mass, stiffness) = (0.4, 0.4 * (20.0 * PI).powi(2));
@@ -159,11 +173,14 @@ fn inputs_are_in_the_units_that_people_have() {
     let [head, row] = [0, 1].map(|line| rows.lines().nth(line).unwrap().split(',').collect::<Vec<_>>());
     let position = head.iter().position(|name| *name == "critical_damping [N m s/rad]").unwrap();
     assert!((row[position].parse::<f64>().unwrap() / critical - 1.0).abs() < 1e-9, "{rows}");
-    // Marks are in the units of the figure: one in it, and its sample in the legend.
-    let plane = ["run", "people.toml", "--quiet", "--set", "machine.damping_ratio=[\"2 %\", \"4 %\"]"];
-    scratch.run(&[&plane[..], &["--set", "output.path=plane.h5"]].concat()).ends_with(0);
+}
+
+#[test]
+fn marks_are_in_the_units_of_the_figure() {
+    let scratch = plane();
+    let plot = [&PLOT[..], &["--mark", "marks.csv"]].concat();
+    // One in the figure, and its sample in the legend.
     scratch.file("marks.csv", "speed,ratio\n40,3\n");
-    let plot = ["plot", "plane.h5", "--x", "belt_speed", "--y", "damping_ratio", "--mark", "marks.csv"];
     scratch.run(&[&plot[..], &["--out", "marks.svg"]].concat()).ends_with(0);
     assert_eq!(scratch.read("marks.svg").matches("fill=\"#d55e00\"").count(), 2);
     // Names of axes tell the columns, and units are converted.
@@ -182,34 +199,60 @@ fn inputs_are_in_the_units_that_people_have() {
     scratch.run(&[&plot[..], &["--mark", "rig.csv", "--out", "words.svg"]].concat()).ends_with(0);
     let words = scratch.read("words.svg");
     assert!(["marks", "rig: groan", "rig: smooth"].iter().all(|name| words.contains(name)), "{words}");
-    // The curves at which regimes change are found without being asked for.
-    let regime = ["--variable", "regime", "--out", "curves.svg"];
-    scratch.run(&[&plot[..], &regime].concat()).ends_with(0);
-    assert!(scratch.read("curves.svg").contains("grazing curve"));
-    let regime = ["--variable", "regime", "--no-curves", "--out", "cells.svg"];
-    scratch.run(&[&plot[..], &regime].concat()).ends_with(0);
-    assert!(!scratch.read("cells.svg").contains("grazing curve"));
+}
+
+#[test]
+fn marks_that_are_not_in_the_figure_are_told() {
+    let scratch = plane();
+    let plot = [&PLOT[..], &["--mark", "marks.csv"]].concat();
     scratch.file("marks.csv", "belt_speed [m],ratio\n40,3\n");
     scratch.run(&[&plot[..], &["--out", "wrong.svg"]].concat()).refuses(&["marks.csv:1: column 1"]);
     scratch.file("marks.csv", "pressure,ratio\n40,3\n");
     scratch.run(&[&plot[..], &["--out", "wrong.svg"]].concat()).refuses(&["none of the axes"]);
-    // The advice is what a run of a machine takes.
+    scratch.file("marks.csv", "ratio,speed\n3,40\n");
+    let run = scratch.run(&[&plot[..], &["--out", "swapped.svg"]].concat()).ends_with(0);
+    run.err.says(&["1 of 1 marks lie outside the figure; write belt_speed [rpm], then"]);
+}
+
+/// The curves at which regimes change are found without being asked for.
+#[test]
+fn a_figure_of_regimes_has_the_curves_unless_refused() {
+    let scratch = plane();
+    let regime = ["--variable", "regime", "--out", "curves.svg"];
+    scratch.run(&[&PLOT[..], &regime].concat()).ends_with(0);
+    assert!(scratch.read("curves.svg").contains("grazing curve"));
+    let regime = ["--variable", "regime", "--no-curves", "--out", "cells.svg"];
+    scratch.run(&[&PLOT[..], &regime].concat()).ends_with(0);
+    assert!(!scratch.read("cells.svg").contains("grazing curve"));
+}
+
+/// The advice is what a run of a machine takes.
+#[test]
+fn advice_about_a_map_is_what_a_machine_takes() {
+    let scratch = plane();
     let few = ["run", "people.toml", "--quiet", "--set", "output.fields=[\"verdict\"]", "--set"];
     scratch.run(&[&few[..], &["output.path=few.h5"]].concat()).ends_with(0);
     let plot_few = "plot few.h5 --x belt_speed --variable critical_damping_simulation --out few.svg";
     scratch.run(plot_few).refuses(&["add \"critical_damping\" to output.fields"]);
-    scratch.file("marks.csv", "ratio,speed\n3,40\n");
-    let run = scratch.run(&[&plot[..], &["--out", "swapped.svg"]].concat()).ends_with(0);
-    run.err.says(&["1 of 1 marks lie outside the figure; write belt_speed [rpm], then"]);
     scratch.run("report plane.h5 --epsilon 1").refuses(&["no axis epsilon", "help: leave it out"]);
-    // Answers are in the unit of the file, and a number without a unit is told to be in SI units.
+}
+
+/// Answers are in the unit of the file, and a number without a unit is told to be in SI units.
+#[test]
+fn answers_are_in_the_units_of_the_file() {
+    let scratch = Scratch::new();
+    scratch.file("people.toml", people());
     let page = scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
     page.out.says(&["at 40 rpm and "]);
     assert!(!page.err.contains("for rpm write"), "{}", page.err);
     let bare = scratch.run("probe --machine people.toml --set belt_speed=4").ends_with(0);
     let told = "belt_speed = 4 is in rad/s; for rpm write --set 'machine.belt_speed=4 rpm'";
     bare.err.says(&[told]);
+}
 
+#[test]
+fn quantities_that_say_the_same_are_refused() {
+    let (scratch, people) = (Scratch::new(), people());
     for (from, to, words) in [
         ("frequency", "stiffness = 1e3\nfrequency", "the mass and the stiffness have a frequency already"),
         ("damping_ratio", "damping = 1.0\ndamping_ratio", "damping_ratio stands in place of damping"),

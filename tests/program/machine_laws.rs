@@ -275,7 +275,7 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
 }
 
 #[test]
-fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
+fn standard_errors_of_friction_make_machines_uncertain() {
     let scratch = Scratch::new();
     let rows = |error: &str| -> String { data(1.0).lines().map(|row| format!("{row}{error}\n")).collect() };
     scratch.file("exact.csv", rows(""));

@@ -165,7 +165,6 @@ fn cycles_that_cross_the_belt_line_are_named() {
 #[test]
 fn a_critical_damping_below_zero_excludes_a_cycle() {
     let point = [("epsilon", 1.0), ("alpha", 0.0), ("gamma", 8.0), ("V", 2.0), ("c", 7.0)];
-    run(&probe(&point), &[]).ends_with(0).out.says(&["c* = -0.28495", ": no cycle at any damping"]);
     let critical = &json(&point)["critical_c"];
     let [value, error] = ["value", "error"].map(|key| critical[key].as_f64().unwrap());
     assert!(value < 0.0 && (value + 0.284_951).abs() <= error + 1e-6, "{critical}");
@@ -200,10 +199,7 @@ fn a_bistable_band_does_not_begin_where_the_data_end() {
     };
     scratch.file("falls.csv", format!("u,mu\n{}", (0..=40).map(row).collect::<String>()));
     let point = ["probe", "--table", "falls.csv", "--epsilon", "1", "--V", "0.5", "--c", "0.32"];
-    let text = scratch.run(&point).ends_with(0).out;
-    assert!(text.contains("from between 0.2943"), "{text}");
-    assert!(text.contains("not known closer: the orbit leaves the data of falls.csv"), "{text}");
-    let band = &scratch.run(&[&point[..], &["--json"]].concat()).ends_with(0).json()["bistable_band"];
+    let band = &scratch.json(&point)["bistable_band"];
     let [low, high] = [0, 1].map(|end| band["from_c_between"][end].as_f64().unwrap());
     assert!(band["from_c"].is_null() && band["from_c_reason"].is_string(), "{band}");
     assert!((low - 0.2943).abs() < 1e-4 && (high - 0.316_213).abs() < 2e-5, "{band}");
@@ -483,7 +479,7 @@ fn bad_table_places() {
 }
 
 #[test]
-fn a_reader_that_leaves_early_ends_the_command_without_a_message() {
+fn a_reader_that_leaves_ends_the_command_silently() {
     let scratch = Scratch::new();
     // More than a pipe holds, so that a write fails at the closed end.
     scratch.file("in.csv", many(2000));

@@ -54,7 +54,7 @@ fn run(scratch: &Scratch, arguments: &[&str]) -> Run {
 }
 
 #[test]
-fn a_proof_in_the_way_of_another_file_is_refused_before_anything_is_computed() {
+fn proofs_in_the_way_of_files_are_refused_at_once() {
     let scratch = scratch();
     fs::create_dir(scratch.path().join("folder")).unwrap();
     scratch.file("notes.txt", "mine");
@@ -77,7 +77,7 @@ fn a_proof_in_the_way_of_another_file_is_refused_before_anything_is_computed() {
 }
 
 #[test]
-fn a_proof_is_replaced_by_overwriting_and_by_a_run_that_goes_on() {
+fn proofs_are_replaced_by_overwrite_and_by_resume() {
     let scratch = scratch();
     run(&scratch, &["job.toml"]).ends_with(0);
     let first = scratch.read("proof.json");
@@ -164,7 +164,7 @@ damping = [0.0, 300.0, 600.0]
 ";
 
 #[test]
-fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
+fn boxes_of_every_law_are_proved_and_checked() {
     for (job, axes) in [
         (FORMULA, "epsilon 1, mu 0.5 to 0.6, V 1 to 1.1, c 0 to 0.4: present in "),
         (MACHINE, "epsilon 1, mu "),

@@ -173,7 +173,7 @@ fn a_folder_that_disappears_during_a_run_is_reported() {
 }
 
 #[test]
-fn an_interrupted_run_keeps_finished_tiles_and_names_the_command_to_continue() {
+fn an_interrupted_run_keeps_its_tiles_and_names_resume() {
     let scratch = scratch();
     let reference = reference(&scratch);
     for (number, (name, code)) in [("-INT", 130), ("-TERM", 143)].into_iter().enumerate() {

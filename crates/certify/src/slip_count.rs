@@ -459,7 +459,7 @@ mod tests {
 
     /// At most one slip cycle is a theorem; enclosures of the orbits share nothing with its proof.
     #[test]
-    fn enclosures_count_one_cycle_at_most_where_the_law_bends_one_way() {
+    fn laws_that_bend_one_way_have_one_cycle_at_most() {
         let mut random = Random(91);
         let mut proved = [0; 2];
         for i in 0..60 {

@@ -11,7 +11,7 @@ use crate::backbone::{Backbone, COARSE, CycleRange, InterpolatedBackbone};
 use crate::critical::critical_damping_with;
 use crate::crossing::{crossing_cycles, landing_and_cycle, no_loop_needed, some_cross_for_ever};
 use crate::slip_cycle::TIGHT;
-use crate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
+use crate::slip_cycle::{BACKBONE_TOLERANCE, CyclesUnknown, Kick, kick_onto, kick_onto_grazing, locate};
 use crate::{Change, CriticalDamping, Neighbour};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
@@ -176,19 +176,20 @@ impl<'a> Behaviour<'a> {
     /// number and their stability. By the even part, where at most one is proved to exist, or else by a backbone.
     ///
     /// # Errors
-    /// [`Unknown`].
-    pub fn count(&self, viscous: f64, end: End) -> Result<Vec<CycleRange>, Unknown> {
-        let stable = self.equilibrium_attracts(viscous).ok_or(Unknown::Neutral)?;
+    /// [`CyclesUnknown`].
+    pub fn count(&self, viscous: f64, end: End) -> Result<Vec<CycleRange>, CyclesUnknown> {
+        let stable = self.equilibrium_attracts(viscous).ok_or(CyclesUnknown::Neutral)?;
         if self.even().excludes(viscous) {
             return Ok(Vec::new());
         }
-        let returns = self.grazing_returns(viscous, end).ok_or(Unknown::TooClose)?;
+        let returns = self.grazing_returns(viscous, end).ok_or(CyclesUnknown::TooClose)?;
         if self.has_one_at_most() {
             // A repelling one if the equilibrium is stable and the orbit returns, an attracting one if neither holds.
             let one = CycleRange::between([0.0, self.belt_speed], !returns);
             return Ok(if stable == returns { vec![one] } else { Vec::new() });
         }
-        self.read(viscous, |backbone| backbone.cycles(viscous, stable, returns))?.ok_or(Unknown::TooClose)
+        self.read(viscous, |backbone| backbone.cycles(viscous, stable, returns))?
+            .ok_or(CyclesUnknown::TooClose)
     }
 
     /// What is read from the first coarse backbone that is reliable at `viscous`, from the last where it is rough, or else
@@ -279,13 +280,13 @@ impl<'a> Behaviour<'a> {
     /// All slip cycles of a point, by growing amplitude; `flow` is that of its orbit from the exit point.
     ///
     /// # Errors
-    /// [`Unknown`].
+    /// [`CyclesUnknown`].
     pub fn slip_cycles(
         &self,
         oscillator: &Oscillator,
         flow: &Flow,
         tolerance: f64,
-    ) -> Result<Vec<Cycle>, Unknown> {
+    ) -> Result<Vec<Cycle>, CyclesUnknown> {
         self.at(oscillator, End::of(flow), tolerance).slip_cycles().map_err(|why| because(why, flow))
     }
 
@@ -295,7 +296,7 @@ impl<'a> Behaviour<'a> {
         let slip = at.slip_cycles().map_err(|why| because(why, flow));
         LongRun {
             regime: match slip {
-                Err(Unknown::NotClosed) => Regime::Failed,
+                Err(CyclesUnknown::NotClosed) => Regime::Failed,
                 _ => self.regime_of(oscillator, flow),
             },
             slip,
@@ -352,9 +353,9 @@ impl<'a> Behaviour<'a> {
 }
 
 /// The reason why slip cycles are unknown: where it is that the orbit from the exit point is, the reason for that.
-fn because(why: Unknown, flow: &Flow) -> Unknown {
+fn because(why: CyclesUnknown, flow: &Flow) -> CyclesUnknown {
     match (why, flow.fate) {
-        (Unknown::TooClose, Fate::Failed(failed)) => failed.into(),
+        (CyclesUnknown::TooClose, Fate::Failed(failed)) => failed.into(),
         _ => why,
     }
 }
@@ -367,15 +368,15 @@ pub struct At<'b, 'a> {
     end: End,
     tolerance: f64,
     /// The slip cycles by growing amplitude, each located when it is asked for.
-    cycles: OnceCell<Result<Vec<Located>, Unknown>>,
+    cycles: OnceCell<Result<Vec<Located>, CyclesUnknown>>,
 }
 
 /// A slip cycle that may have been located.
-type Located = (CycleRange, OnceCell<Result<Cycle, Unknown>>);
+type Located = (CycleRange, OnceCell<Result<Cycle, CyclesUnknown>>);
 
 impl At<'_, '_> {
     /// The slip cycles, with bounds of their amplitudes that are as narrow as possible.
-    fn cycles(&self) -> Result<&[Located], Unknown> {
+    fn cycles(&self) -> Result<&[Located], CyclesUnknown> {
         let Self { behaviour, oscillator: Oscillator { viscous, .. }, end, .. } = *self;
         let make = || {
             let cycles = behaviour.count(*viscous, end)?;
@@ -389,7 +390,7 @@ impl At<'_, '_> {
         self.cycles.get_or_init(make).as_deref().map_err(|why| *why)
     }
 
-    fn located(&self, cycles: &[Located], position: usize) -> Result<Cycle, Unknown> {
+    fn located(&self, cycles: &[Located], position: usize) -> Result<Cycle, CyclesUnknown> {
         let (range, found) = &cycles[position];
         let tolerance = self.tolerance.min(TIGHT);
         *found.get_or_init(|| locate(self.oscillator, range, tolerance, cycles.len()))
@@ -398,8 +399,8 @@ impl At<'_, '_> {
     /// All slip cycles, by growing amplitude.
     ///
     /// # Errors
-    /// [`Unknown`].
-    pub fn slip_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
+    /// [`CyclesUnknown`].
+    pub fn slip_cycles(&self) -> Result<Vec<Cycle>, CyclesUnknown> {
         let cycles = self.cycles()?;
         (0..cycles.len()).map(|position| self.located(cycles, position)).collect()
     }
@@ -458,7 +459,7 @@ pub struct LongRun {
     /// The set of attractors.
     pub regime: Regime,
     /// The slip cycles, by growing amplitude.
-    pub slip: Result<Vec<Cycle>, Unknown>,
+    pub slip: Result<Vec<Cycle>, CyclesUnknown>,
     /// The attracting cycle: the stick-slip or the crossing cycle, or else the largest attracting slip cycle.
     /// `None` if there is none, or if its orbit cannot be computed.
     pub cycle: Option<Cycle>,
@@ -475,8 +476,12 @@ pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun
 /// orbit from the exit point.
 ///
 /// # Errors
-/// [`Unknown`].
-pub fn slip_cycles(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+/// [`CyclesUnknown`].
+pub fn slip_cycles(
+    oscillator: &Oscillator,
+    flow: &Flow,
+    tolerance: f64,
+) -> Result<Vec<Cycle>, CyclesUnknown> {
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).slip_cycles(oscillator, flow, tolerance)
 }
 

@@ -247,7 +247,7 @@ mod tests {
     /// Orbits of rosin that graze the belt line leave the polar form, and so does the margin on the side where they stick: on both
     /// sides of its curve the test function has one slope.
     #[test]
-    fn the_grazing_curve_is_followed_where_turns_leave_the_polar_form() {
+    fn grazing_is_followed_beyond_the_polar_form() {
         let formula = "0.4*exp(-47.7*u) + 0.45*exp(-4.77*u) + 0.35";
         let law = Law::Expression(Expression::new(formula, 1.2).unwrap());
         let at = |c: f64| law.point(1.0, &[], 0.25, c).unwrap();

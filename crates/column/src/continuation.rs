@@ -473,7 +473,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_of_sign_is_no_curve_and_a_curve_ends_with_its_function() {
+    fn jumps_are_no_curves_and_curves_end_with_functions() {
         assert!(
             zero_curves(&exact(|x, y| if x + 0.3 * y > 0.6 { 1.0 } else { -1.0 }), &|| false).0.is_empty()
         );

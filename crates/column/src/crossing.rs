@@ -10,7 +10,7 @@
 //! exp(integral of D) times the ratio of the passing speeds |x2'|, start over end, each by the field of the
 //! arc. The slope of the loop map is the product over both arcs.
 
-use super::slip_cycle::{Unknown, is_closed};
+use super::slip_cycle::{CyclesUnknown, is_closed};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::flow::{Failure, Fate, Flow, Landing};
 use slipmap_model::friction::Range;
@@ -26,7 +26,7 @@ const PER_DECADE: i32 = 8;
 /// The first decade searched, in units of max(1, V).
 const FIRST_DECADE: i32 = -6;
 /// The last decade searched, in the same units, where no distance is known from which on all loops lead inward
-/// or all outward. [`Unknown::FarOut`] names it.
+/// or all outward. [`CyclesUnknown::FarOut`] names it.
 const LAST_DECADE: i32 = 4;
 /// Slip speeds up to which the divergence is looked at, in the same units, and at least four times the
 /// distance searched.
@@ -210,8 +210,13 @@ impl<'a> Search<'a> {
     /// error is about `missed`, found from a loop between two others.
     ///
     /// # Errors
-    /// [`Unknown::TooClose`] if two cycles may meet there.
-    fn reversal(&self, [a, b]: [&Node; 2], outward: bool, missed: f64) -> Result<Option<Node>, Unknown> {
+    /// [`CyclesUnknown::TooClose`] if two cycles may meet there.
+    fn reversal(
+        &self,
+        [a, b]: [&Node; 2],
+        outward: bool,
+        missed: f64,
+    ) -> Result<Option<Node>, CyclesUnknown> {
         let sign = if outward { 1.0 } else { -1.0 };
         let proved = match outward {
             true => a.growth.is_some_and(|[g, _]| a.y * g.exp() >= b.y),
@@ -222,7 +227,7 @@ impl<'a> Search<'a> {
         }
         let width = (b.y / a.y).ln();
         if width <= self.tolerance {
-            return Err(Unknown::TooClose);
+            return Err(CyclesUnknown::TooClose);
         }
         let mut at_middle = None;
         if let (Some([from, rise]), Some([to, fall])) = (a.growth, b.growth) {
@@ -237,7 +242,7 @@ impl<'a> Search<'a> {
         let middle = self.node((a.y * b.y).sqrt())?;
         let is_flat = middle.is_flat(self.tolerance);
         if !is_flat && middle.growth.is_some_and(|[g, _]| g.abs() <= ERRORS * self.tolerance) {
-            return Err(Unknown::TooClose);
+            return Err(CyclesUnknown::TooClose);
         }
         if !is_flat && middle.outward != outward {
             return Ok(Some(middle));
@@ -253,7 +258,7 @@ impl<'a> Search<'a> {
     }
 
     /// Adds the cycles between two loops, by growing size.
-    fn cycles(&self, [a, b]: [&Node; 2], cycles: &mut Vec<Cycle>) -> Result<(), Unknown> {
+    fn cycles(&self, [a, b]: [&Node; 2], cycles: &mut Vec<Cycle>) -> Result<(), CyclesUnknown> {
         if a.outward == b.outward {
             return match self.reversal([a, b], a.outward, self.missed)? {
                 None => Ok(()),
@@ -274,7 +279,11 @@ impl<'a> Search<'a> {
 
     /// The cycle between two distances beyond the exit point, of which one leads outward and one inward, and its own;
     /// `None` if loops change from outward to sticking there without passing through a cycle.
-    fn cycle_between(&self, between: [f64; 2], low_outward: bool) -> Result<Option<(f64, Cycle)>, Unknown> {
+    fn cycle_between(
+        &self,
+        between: [f64; 2],
+        low_outward: bool,
+    ) -> Result<Option<(f64, Cycle)>, CyclesUnknown> {
         let Self { oscillator, tolerance, work, .. } = *self;
         let mut sticks_at = f64::NAN;
         let (y, (from, passage, Extent { velocity, displacement })) =
@@ -300,7 +309,7 @@ impl<'a> Search<'a> {
         let located = tolerance * y * (1.0 - multiplier).abs().max(1.0);
         if !is_closed(from, beyond_exit, passage.error(), located) {
             let is_jump = (sticks_at - from).abs() <= tolerance * y;
-            return if is_jump { Ok(None) } else { Err(Unknown::NotClosed) };
+            return if is_jump { Ok(None) } else { Err(CyclesUnknown::NotClosed) };
         }
         Ok(Some((y, Cycle { period, displacement, velocity, multiplier, beyond_exit: Some(y) })))
     }
@@ -318,7 +327,11 @@ pub(super) fn no_loop_needed(oscillator: &Oscillator, far: &FarLoops) -> Option<
 
 /// Returns whether some orbits cross the belt line for ever: whether a loop leads outward. They tend to a
 /// crossing cycle, or grow. Loops are followed inward from where all others lead inward.
-pub fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops, work: &Work) -> Result<bool, Unknown> {
+pub fn some_cross_for_ever(
+    oscillator: &Oscillator,
+    far: &FarLoops,
+    work: &Work,
+) -> Result<bool, CyclesUnknown> {
     if let Some(known) = no_loop_needed(oscillator, far) {
         return Ok(known);
     }
@@ -345,7 +358,7 @@ pub fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops, work: &Work)
         y = beyond_exit.min(y / 10_f64.powf(1.0 / f64::from(PER_DECADE)));
         last = Some(here);
     }
-    if is_settled { Ok(false) } else { Err(Unknown::FarOut) }
+    if is_settled { Ok(false) } else { Err(CyclesUnknown::FarOut) }
 }
 
 /// The crossing cycles that were found.
@@ -354,15 +367,15 @@ pub struct CrossingCycles {
     /// The cycles, by growing size.
     pub cycles: Vec<Cycle>,
     /// Reason why there may be others; `None` where these are all.
-    pub unknown: Option<Unknown>,
+    pub unknown: Option<CyclesUnknown>,
 }
 
 impl CrossingCycles {
     /// All cycles.
     ///
     /// # Errors
-    /// [`Unknown`] where there may be others.
-    pub fn all(self) -> Result<Vec<Cycle>, Unknown> {
+    /// [`CyclesUnknown`] where there may be others.
+    pub fn all(self) -> Result<Vec<Cycle>, CyclesUnknown> {
         self.unknown.map_or(Ok(self.cycles), Err)
     }
 }
@@ -411,7 +424,7 @@ pub fn crossing_cycles(oscillator: &Oscillator, far: &FarLoops, tolerance: f64) 
     let is_cut = oscillator.curve.fastest() < f64::INFINITY || far.is_cut_short();
     let leads_on = nodes.first().is_some_and(|node| node.outward == (settled_from < f64::INFINITY));
     if known_from == f64::INFINITY || !is_cut && leads_on {
-        found.unknown = found.unknown.or(Some(Unknown::FarOut));
+        found.unknown = found.unknown.or(Some(CyclesUnknown::FarOut));
     }
     if found.unknown.is_none() && nodes.last().is_some_and(|last| last.growth.is_some()) {
         // All loops from less than the first distance count as one.

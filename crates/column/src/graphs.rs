@@ -265,7 +265,7 @@ mod tests {
     use slipmap_numbers::random::Random;
 
     #[test]
-    fn an_extreme_that_dies_is_not_joined_to_one_that_is_born_elsewhere() {
+    fn extremes_that_die_and_are_born_are_not_joined() {
         // A pair of extremes of the same heights near r = 0.25 up to s = 0.4055, and near 0.75 from there on.
         let pair = |middle: f64| {
             let of = |amplitude: f64, height: f64, is_maximum: bool| Extreme {

@@ -5,7 +5,7 @@
 //! differs from the flow. Steps are located by bisection, to a relative width of 1e-12, without any grid.
 //!
 //! # Justification of "for all smaller eps"
-//! **Theorems, for the Stribeck law** ([`Proved`]). Both edges of the test `symmetric` fall as eps grows; so
+//! **Theorems, for the Stribeck law** ([`ProvedThresholds`]). Both edges of the test `symmetric` fall as eps grows; so
 //! the orbit from the exit point comes back for every eps below one closed form, and for none above another.
 //! The landing speed is bounded by that of the linear flow with the largest divergence, which grows with eps;
 //! so an orbit that comes back sticks for every eps below a third closed form. The three closed forms leave
@@ -65,7 +65,7 @@ pub const WORK: u64 = 4_000_000;
 
 /// Reason why a limit is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Unknown {
+pub enum NoEpsilonLimit {
     /// The simulated flow has no answer at some smaller eps.
     #[error("the simulated flow gives no answer at some smaller epsilon")]
     NoFlow,
@@ -79,7 +79,7 @@ pub enum Unknown {
 
 /// The range of eps, from 0 up, in which a method's verdict equals that of the simulated flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Limit {
+pub enum EpsilonLimit {
     /// They differ even as eps -> 0.
     Never,
     /// They are equal at all smaller eps, and differ just beyond this one.
@@ -87,42 +87,42 @@ pub enum Limit {
     /// They are equal at every eps up to [`HIGHEST`].
     Throughout,
     /// The limit is unknown.
-    Unknown(Unknown),
+    Unknown(NoEpsilonLimit),
 }
 
-impl Limit {
+impl EpsilonLimit {
     /// The limit as a number: 0 for `Never`, infinity for `Throughout`, NaN for `Unknown`.
     #[must_use]
     pub fn value(self) -> f64 {
         match self {
-            Limit::Never => 0.0,
-            Limit::UpTo(epsilon) => epsilon,
-            Limit::Throughout => f64::INFINITY,
-            Limit::Unknown(_) => f64::NAN,
+            EpsilonLimit::Never => 0.0,
+            EpsilonLimit::UpTo(epsilon) => epsilon,
+            EpsilonLimit::Throughout => f64::INFINITY,
+            EpsilonLimit::Unknown(_) => f64::NAN,
         }
     }
 
     /// The reason why the limit is unknown; `None` if it is known.
     #[must_use]
-    pub fn unknown(self) -> Option<Unknown> {
+    pub fn unknown(self) -> Option<NoEpsilonLimit> {
         match self {
-            Limit::Unknown(why) => Some(why),
-            Limit::Never | Limit::UpTo(_) | Limit::Throughout => None,
+            EpsilonLimit::Unknown(why) => Some(why),
+            EpsilonLimit::Never | EpsilonLimit::UpTo(_) | EpsilonLimit::Throughout => None,
         }
     }
 }
 
 /// Thresholds in eps that are proved in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Proved {
+pub struct ProvedThresholds {
     /// A stick-slip cycle exists at every eps below this.
     pub present_below: f64,
     /// Above this eps no cycle exists, and the orbit from the exit point does not come back.
     pub absent_above: f64,
 }
 
-impl Proved {
-    const NOTHING: Proved = Proved { present_below: 0.0, absent_above: f64::INFINITY };
+impl ProvedThresholds {
+    const NOTHING: ProvedThresholds = ProvedThresholds { present_below: 0.0, absent_above: f64::INFINITY };
 
     /// The thresholds for the ray through `point`, whose own eps does not matter.
     ///
@@ -167,7 +167,7 @@ pub struct Ray {
     /// The eps at which the verdict changes, increasing, and the verdict beyond each.
     changes: Vec<(f64, Verdict)>,
     /// The eps from which on the flow is unknown, and the reason.
-    unknown_from: Option<(f64, Unknown)>,
+    unknown_from: Option<(f64, NoEpsilonLimit)>,
     /// The part of the budget [`WORK`] that is not spent.
     left: Cell<u64>,
     /// The columns computed so far, by the bits of eps, so that a law is compiled once for all methods.
@@ -207,8 +207,8 @@ fn nodes(from: f64, to: f64) -> impl Iterator<Item = f64> {
 fn halve(
     mut holding: f64,
     mut other: f64,
-    holds: impl Fn(f64) -> Result<bool, Unknown>,
-) -> Result<f64, Unknown> {
+    holds: impl Fn(f64) -> Result<bool, NoEpsilonLimit>,
+) -> Result<f64, NoEpsilonLimit> {
     for _ in 0..HALVINGS {
         if (holding / other).ln().abs() < WIDTH {
             break;
@@ -224,8 +224,8 @@ fn halve(
 fn changes(
     [low, high]: [f64; 2],
     at_low: Verdict,
-    verdict_at: impl Fn(f64) -> Result<Verdict, Unknown>,
-) -> Result<Vec<(f64, Verdict)>, Unknown> {
+    verdict_at: impl Fn(f64) -> Result<Verdict, NoEpsilonLimit>,
+) -> Result<Vec<(f64, Verdict)>, NoEpsilonLimit> {
     let last = verdict_at(high)?;
     let (mut from, mut verdict) = (low, at_low);
     let mut changes = Vec::new();
@@ -254,13 +254,13 @@ impl Ray {
     /// The ray through `point`, whose own eps does not matter; `tolerance` is that of the simulation.
     #[must_use]
     pub fn new(law: &Law, point: &Point, tolerance: f64) -> Self {
-        let proved = Proved::of(law, point);
+        let proved = ProvedThresholds::of(law, point);
         let from = proved.present_below.max(LOWEST);
         let to = proved.absent_above.min(HIGHEST);
         let first = match proved {
-            Proved { present_below, .. } if present_below > 0.0 => Verdict::Present,
+            ProvedThresholds { present_below, .. } if present_below > 0.0 => Verdict::Present,
             // Absence at every eps, or from an eps below LOWEST on.
-            Proved { absent_above, .. } if absent_above == 0.0 || from > to => Verdict::Absent,
+            ProvedThresholds { absent_above, .. } if absent_above == 0.0 || from > to => Verdict::Absent,
             _ => Verdict::Undecided,
         };
         let mut ray = Self {
@@ -286,7 +286,7 @@ impl Ray {
 
     /// Computes the flow at the nodes and locates the steps between them. An error contains the eps from
     /// which on the verdict is unknown.
-    fn search(&mut self, from: f64, to: f64) -> Result<(), (f64, Unknown)> {
+    fn search(&mut self, from: f64, to: f64) -> Result<(), (f64, NoEpsilonLimit)> {
         let mut flows: Vec<FlowAt> = Vec::new();
         let mut last = (from, self.first);
         let mut stop = None;
@@ -323,17 +323,17 @@ impl Ray {
         stop.map_or(Ok(()), Err)
     }
 
-    fn flow_at(&self, epsilon: f64) -> Result<FlowAt, Unknown> {
+    fn flow_at(&self, epsilon: f64) -> Result<FlowAt, NoEpsilonLimit> {
         let oscillator = Oscillator::in_column(&self.column(epsilon)?, self.point.damping);
         let flow = flow_with(Effort::Small, &oscillator, self.tolerance);
         self.spend(flow.rhs * oscillator.curve.cost())?;
         match flow.fate {
-            Fate::Failed(_) => Err(Unknown::NoFlow),
+            Fate::Failed(_) => Err(NoEpsilonLimit::NoFlow),
             _ => Ok(FlowAt { epsilon, verdict: verdict_of(&flow), reach: reach(&oscillator, &flow) }),
         }
     }
 
-    fn column(&self, epsilon: f64) -> Result<Column, Unknown> {
+    fn column(&self, epsilon: f64) -> Result<Column, NoEpsilonLimit> {
         if let Some(known) = self.columns.borrow().get(&epsilon.to_bits()) {
             return Ok(known.clone());
         }
@@ -348,21 +348,21 @@ impl Ray {
     }
 
     /// Subtracts `work` from the budget; returns an error if nothing is left.
-    fn spend(&self, work: u64) -> Result<(), Unknown> {
+    fn spend(&self, work: u64) -> Result<(), NoEpsilonLimit> {
         let left = self.left.get().saturating_sub(work);
         self.left.set(left);
-        if left > 0 { Ok(()) } else { Err(Unknown::GivenUp) }
+        if left > 0 { Ok(()) } else { Err(NoEpsilonLimit::GivenUp) }
     }
 
     /// Bisects between an eps at which the flow has `verdict`, and one at which it has another.
-    fn halve(&self, has: f64, has_not: f64, verdict: Verdict) -> Result<f64, Unknown> {
+    fn halve(&self, has: f64, has_not: f64, verdict: Verdict) -> Result<f64, NoEpsilonLimit> {
         halve(has, has_not, |epsilon| Ok(self.flow_at(epsilon)?.verdict == verdict))
     }
 
     /// If the orbit sticks at node `i` and at both neighbours, and lands farthest out at node `i`: searches
     /// for an eps between the neighbours at which the orbit does not stick. Returns the eps of the lower
     /// neighbour, that eps, and the eps of the upper neighbour.
-    fn overshoot_beside(&self, flows: &[FlowAt], i: usize) -> Result<Option<[f64; 3]>, Unknown> {
+    fn overshoot_beside(&self, flows: &[FlowAt], i: usize) -> Result<Option<[f64; 3]>, NoEpsilonLimit> {
         let neighbours = i.checked_sub(1).and_then(|i| flows.get(i)).zip(flows.get(i + 1));
         let Some((before, after)) = neighbours else { return Ok(None) };
         let (Some(here), Some(left), Some(right)) = (flows[i].reach, before.reach, after.reach) else {
@@ -416,17 +416,17 @@ impl Ray {
 
     /// The limit in eps of `method`.
     #[must_use]
-    pub fn limit(&self, method: Method) -> Limit {
+    pub fn limit(&self, method: Method) -> EpsilonLimit {
         match (self.first_difference(method), self.unknown_from) {
             (Ok(Some(found)), _) => found,
-            (Err(why), _) | (Ok(None), Some((_, why))) => Limit::Unknown(why),
-            (Ok(None), None) => Limit::Throughout,
+            (Err(why), _) | (Ok(None), Some((_, why))) => EpsilonLimit::Unknown(why),
+            (Ok(None), None) => EpsilonLimit::Throughout,
         }
     }
 
     /// Goes through the verdicts of `method` and of the flow in increasing eps, as far as both are known. Returns
     /// where they begin to differ; `None` if they do not.
-    fn first_difference(&self, method: Method) -> Result<Option<Limit>, Unknown> {
+    fn first_difference(&self, method: Method) -> Result<Option<EpsilonLimit>, NoEpsilonLimit> {
         if method == Method::Simulation {
             return Ok(None);
         }
@@ -440,7 +440,7 @@ impl Ray {
             let (column, damping) = (self.column(epsilon)?, self.point.damping);
             match method {
                 // Each eps would need a proof of its own.
-                Method::Test(_) if method == Method::validated() => Err(Unknown::GivenUp),
+                Method::Test(_) if method == Method::validated() => Err(NoEpsilonLimit::GivenUp),
                 Method::Test(test) => Ok(test.claim(&column).decide(damping).into()),
                 Method::Naive(naive, knobs) => {
                     let oscillator = Oscillator::in_column(&column, damping);
@@ -449,7 +449,7 @@ impl Ray {
                     Ok(Verdict::from(answer.verdict))
                 }
                 // The direct engine is the judge of the other, and no part of a search.
-                Method::Simulation | Method::Direct => Err(Unknown::GivenUp),
+                Method::Simulation | Method::Direct => Err(NoEpsilonLimit::GivenUp),
             }
         };
         // An undecided flow is not compared.
@@ -457,7 +457,7 @@ impl Ray {
         // The pairs (method, flow) in increasing eps.
         let mut pair = (verdict_at(LOWEST)?, self.first);
         if differ(pair) {
-            return Ok(Some(Limit::Never));
+            return Ok(Some(EpsilonLimit::Never));
         }
         let mut truth = self.changes.iter().peekable();
         let mut low = LOWEST;
@@ -481,7 +481,7 @@ impl Ray {
                     pair.1 = *verdict;
                 }
                 if differ(pair) {
-                    return Ok(Some(Limit::UpTo(place)));
+                    return Ok(Some(EpsilonLimit::UpTo(place)));
                 }
             }
             low = high;

@@ -35,10 +35,11 @@ const TOLERANCES: [f64; 2] = [1e-13, 1e-10];
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
 /// A number with its error.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Estimate {
     /// The number; of a derivative by a parameter, V or eps NaN where its error is more than 1 % of it and
     /// 1e-9.
+    #[schemars(with = "Option<f64>")]
     pub value: f64,
     /// Estimate of its absolute error.
     pub error: f64,

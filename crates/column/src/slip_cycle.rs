@@ -26,7 +26,7 @@ pub const TIGHT: f64 = 1e-13;
 
 /// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto an
 /// unstable slip cycle: a slightly larger one leads to the attractor that lies outside of it.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Kick {
     /// Along the belt's motion, > 0.
     pub forward: f64,
@@ -64,7 +64,7 @@ pub fn none_proved(oscillator: &Oscillator) -> bool {
 
 /// Reason why cycles are unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Unknown {
+pub enum CyclesUnknown {
     /// An orbit failed.
     #[error(transparent)]
     Orbit(#[from] Failure),
@@ -94,18 +94,18 @@ pub(super) const BACKBONE_TOLERANCE: f64 = 1e-10;
 /// `tolerance` of one turn divided by |1 - multiplier|, on one of `parts` equal parts of the quota.
 ///
 /// # Errors
-/// [`Unknown`] where an orbit fails, or none closes.
+/// [`CyclesUnknown`] where an orbit fails, or none closes.
 pub(super) fn locate(
     oscillator: &Oscillator,
     cycle: &CycleRange,
     tolerance: f64,
     parts: usize,
-) -> Result<Cycle, Unknown> {
+) -> Result<Cycle, CyclesUnknown> {
     let work = Work::of(Piece::SlipCycles, &oscillator.curve).part(parts);
     let CycleRange { near, between, is_stable } = *cycle;
     // The error of a backbone is an estimate: where no orbit closes within it, one does between the extremes.
     match locate_between(oscillator, near, is_stable, tolerance, &work) {
-        Err(Unknown::NotClosed) if near != between => {
+        Err(CyclesUnknown::NotClosed) if near != between => {
             locate_between(oscillator, between, is_stable, tolerance, &work)
         }
         found => found,
@@ -118,7 +118,7 @@ fn locate_between(
     is_stable: bool,
     tolerance: f64,
     work: &Work,
-) -> Result<Cycle, Unknown> {
+) -> Result<Cycle, CyclesUnknown> {
     let (radius, (from, end, extent)) = fixed_point(between, true, tolerance, |radius| {
         let mut extent = Extent::default();
         let end = walk_towards(oscillator, radius, is_stable, tolerance, work)
@@ -130,11 +130,11 @@ fn locate_between(
         };
         Ok::<_, Failure>((outward(radius, &turn), returns, (radius, end, extent)))
     })?;
-    let (LowerEnd::Turns(end) | LowerEnd::Meets(end)) = end else { return Err(Unknown::NotClosed) };
+    let (LowerEnd::Turns(end) | LowerEnd::Meets(end)) = end else { return Err(CyclesUnknown::NotClosed) };
     let State { v, w, growth, time, spread, .. } = end;
     let returned = v.hypot(w);
     if !is_closed(from, returned, spread / returned, tolerance * radius) {
-        return Err(Unknown::NotClosed);
+        return Err(CyclesUnknown::NotClosed);
     }
     Ok(Cycle {
         period: time,

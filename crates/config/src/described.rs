@@ -90,7 +90,7 @@ pub struct LawText {
     /// What is known of the rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<Origin>,
-    /// What the rows of the file are, one of the names of [`super::Kind`].
+    /// What the rows of the file are, one of the names of [`super::RowKind`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kind: Option<String>,
     /// Of which direction of slip, one of the names of [`super::Direction`].
@@ -107,7 +107,7 @@ pub struct LawText {
     pub small: bool,
     /// The fit of which the formula is.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fit: Option<Fit>,
+    pub fit: Option<FitText>,
     /// Those of the parameters `exponent` and `drop` that the law has, and of a machine the quantities that stand in
     /// place of others. In a configuration they have values.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -144,7 +144,7 @@ pub struct Origin {
 
 /// Values of the names in a formula, with their covariance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Fit {
+pub struct FitText {
     /// The names, in the order of the covariance.
     pub names: Vec<String>,
     /// Their values.
@@ -153,7 +153,7 @@ pub struct Fit {
     pub covariance: Vec<Vec<f64>>,
 }
 
-impl Fit {
+impl FitText {
     /// The values with their errors; `None` if the covariance is none.
     #[must_use]
     pub fn spreads(&self) -> Option<Vec<(&str, f64, Spread)>> {
@@ -477,7 +477,7 @@ impl LawText {
         Some(Self {
             axes,
             quantity: (!machine.normal_force_is_known).then(|| FORCE.to_owned()),
-            fit: Fit::of(machine, uncertain),
+            fit: FitText::of(machine, uncertain),
             ..of_law
         })
     }

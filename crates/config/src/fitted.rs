@@ -3,7 +3,7 @@
 
 use toml_edit::{Item, TableLike, Value};
 
-use super::described::Fit;
+use super::described::FitText;
 use super::source::{ConfigError, Section, Shape};
 use slipmap_machine::risk::MOST_JOINT;
 use slipmap_model::friction::Law;
@@ -13,19 +13,19 @@ pub(super) const KEY: &str = "fit";
 const COVARIANCE: &str = "covariance";
 
 /// The fit of `[friction]`; `None` where there is none. One that is no fit is left to [`check`].
-pub(super) fn values(friction: &Section) -> Option<Fit> {
+pub(super) fn values(friction: &Section) -> Option<FitText> {
     friction.get(KEY).and_then(|node| read(node.entries()?)).filter(|fit| fit.spreads().is_some())
 }
 
 /// The names, values and covariance of a fit; `None` if it is none.
-fn read(fit: &dyn TableLike) -> Option<Fit> {
+fn read(fit: &dyn TableLike) -> Option<FitText> {
     let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
     let entries: Vec<(&str, &Item)> = fit.iter().filter(|(key, _)| *key != COVARIANCE).collect();
     let names = entries.iter().map(|(name, _)| (*name).to_owned()).collect();
     let values = entries.iter().map(|(_, item)| number(item.as_value()?)).collect::<Option<Vec<f64>>>()?;
     let rows = fit.get(COVARIANCE)?.as_array()?.iter();
     let rows = rows.map(|row| row.as_array()?.iter().map(number).collect::<Option<Vec<f64>>>());
-    Some(Fit { names, values, covariance: rows.collect::<Option<Vec<_>>>()? })
+    Some(FitText { names, values, covariance: rows.collect::<Option<Vec<_>>>()? })
 }
 
 /// The Cholesky factor of a covariance; `None` if it is none.

@@ -24,10 +24,11 @@ use std::path::{Path, PathBuf};
 pub use axis::range_nodes;
 pub use law::point_into;
 
-pub use described::{About, Fit, LawText, Origin, Wrong, with_axes};
+pub use described::{About, FitText, LawText, Origin, Wrong, with_axes};
 pub use machine::{MachineJob, check_names, load_machine, machine_of};
 pub use measured::{
-    Direction, Fits, Fitted, FittedLaw, How, Kind, Level, Measured, OfMachine, Reading, law_of, words_of,
+    Direction, Fits, Fitted, FittedLaw, How, Level, Measured, MeasuredReading, OfMachine, RowKind, law_of,
+    words_of,
 };
 pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::fmt::Debug;
 use std::path::Path;
 
-use super::described::{About, Fit, Wrong};
+use super::described::{About, FitText, Wrong};
 use super::source::{ConfigError, ConfigFile, Node, Section, Shape};
 use super::uncertain::{normal, uncertain, with_deviation};
 use super::units::{Match, compare, conversion, converted, meant, size, size_on_disc, with_unit};
@@ -251,7 +251,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let wrong = |wrong: Wrong| law::at(friction, section, wrong);
     check_names(law).map_err(wrong)?;
     let fit = fitted::values(friction);
-    let fitted = fit.as_ref().and_then(Fit::spreads).unwrap_or_default();
+    let fitted = fit.as_ref().and_then(FitText::spreads).unwrap_or_default();
     let of_fit = |name: &str| fitted.iter().find(|(known, ..)| *known == name);
     check_complete(section, law, forces, |name| of_fit(name).is_some())?;
     if let Some(node) = section.get(NORMAL_FORCE).filter(|_| forces) {

@@ -9,7 +9,7 @@ use slipmap_map::Shown;
 use toml_edit::{Key, Value};
 
 use super::axis::range_nodes;
-use super::described::{Fit, LawText, Origin};
+use super::described::{FitText, LawText, Origin};
 use super::machine::MachineJob;
 use super::units::converted;
 
@@ -67,7 +67,7 @@ impl LawText {
             lines.0.push_str("\n[friction.source]\n");
             source.write(&mut lines);
         }
-        if let Some(Fit { names, values, covariance }) = &self.fit {
+        if let Some(FitText { names, values, covariance }) = &self.fit {
             lines.0.push_str("\n[friction.fit]\n");
             names.iter().zip(values).for_each(|(name, value)| lines.add(name, format_args!("{value:?}")));
             lines.rows("covariance", covariance);

@@ -115,6 +115,8 @@ fn laws_go_round() {
         let text = LawText::of(&law, About::Oscillator).unwrap();
         assert_eq!(by_json(&text), text);
         assert_eq!(text.law(About::Oscillator).unwrap(), law);
+        // As a map and a certificate have it.
+        assert_eq!(Law::from_definition(law.name(), &law.definition()).as_ref(), Some(&law));
         let values = values(&mut random, &law);
         let grid: Vec<String> =
             law.axis_names().iter().zip(&values).map(|(name, value)| format!("{name} = {value:?}")).collect();

@@ -9,11 +9,11 @@ use slipmap_figure::style;
 pub use slipmap_figure::text::Rich;
 use slipmap_map::Quantity;
 use slipmap_model::friction::Law;
-use slipmap_page::palette::{self, Kind};
+use slipmap_page::palette::{self, CellKind};
 pub use slipmap_page::units::UnitSystem;
 
 /// Meanings of the codes of a comparison of two methods.
-pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
+pub(super) fn differences(a: &str, b: &str) -> Vec<CellKind> {
     let (a, b) = (a.replace('_', " "), b.replace('_', " "));
     let kinds = [
         ("both_present", "both: cycle exists".into(), palette::PRESENT),
@@ -23,7 +23,7 @@ pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
         ("undecided", "one of them does not decide".into(), palette::UNDECIDED),
         ("failed", "one of them failed".into(), palette::FAILED),
     ];
-    let kind = |(code, (name, words, fill)): (usize, (&'static str, String, Fill))| Kind {
+    let kind = |(code, (name, words, fill)): (usize, (&'static str, String, Fill))| CellKind {
         code: code as i8,
         name,
         words: words.into(),
@@ -33,8 +33,8 @@ pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {
 }
 
 /// Codes and their meanings as JSON.
-pub(super) fn kinds_json(kinds: &[Kind]) -> Value {
-    let one = |kind: &Kind| {
+pub(super) fn kinds_json(kinds: &[CellKind]) -> Value {
+    let one = |kind: &CellKind| {
         json!({
             "code": kind.code,
             "name": kind.name,

@@ -13,7 +13,7 @@ use super::show::Show;
 use slipmap_column::{Method, Verdict};
 use slipmap_map::dataset::{Cells, Schema, Variable};
 use slipmap_map::{ComputeError, Control, Each, Field, Plan, Queue, TileData, compute_tiles};
-use slipmap_page::palette::Kind;
+use slipmap_page::palette::CellKind;
 
 /// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
 /// a column's answer costs little more than one cell of it. Tiles that are interpolated have the usual size.
@@ -67,7 +67,7 @@ fn computed(
     methods: Vec<Method>,
     field: Option<Field>,
     control: &Control,
-) -> Result<(CellValues, Option<Vec<Kind>>), Refusal> {
+) -> Result<(CellValues, Option<Vec<CellKind>>), Refusal> {
     let Slice { grid, x, y, .. } = slice;
     let with_columns = grid.axes().len() - 1 == *x.max(y);
     let plan = Plan::builder(grid.clone()).methods(methods).fields(field).audit_cells(0).build()?;

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::law::law_of;
 use super::quantities;
 use super::refusal::Refusal;
-use slipmap_config::{About, Fit, LawText, MachineJob, check_law, machine_of, point_of, with_axes};
+use slipmap_config::{About, FitText, LawText, MachineJob, check_law, machine_of, point_of, with_axes};
 use slipmap_machine::risk::Spread;
 use slipmap_machine::{BELT_SPEED, DAMPING, Dimension, Machine};
 use slipmap_map::Shown;
@@ -56,7 +56,7 @@ impl Place {
     /// has no error of the fit.
     pub(super) fn job(&self) -> Result<Option<MachineJob>, Refusal> {
         let Some(machine) = self.machine()? else { return Ok(None) };
-        let fitted = self.law.fit.as_ref().and_then(Fit::spreads).unwrap_or_default();
+        let fitted = self.law.fit.as_ref().and_then(FitText::spreads).unwrap_or_default();
         let of_fit = |name: &str, value: f64| {
             let found = fitted.iter().find(|(known, fitted, _)| *known == name && *fitted == value)?;
             Some(found.2)

@@ -2,7 +2,7 @@
 
 use super::catalogue::differences;
 use slipmap_column::{Method, Verdict};
-use slipmap_page::palette::{self, Kind};
+use slipmap_page::palette::{self, CellKind};
 
 #[derive(Clone, Debug)]
 pub(super) enum Show {
@@ -15,7 +15,7 @@ pub(super) enum Show {
 
 impl Show {
     /// Meanings of the codes of a picture; `None` for numbers.
-    pub(super) fn kinds(&self, methods: &[Method]) -> Option<Vec<Kind>> {
+    pub(super) fn kinds(&self, methods: &[Method]) -> Option<Vec<CellKind>> {
         match self {
             Show::Variable(name) => palette::kinds(name),
             Show::Difference([a, b]) => Some(differences(a, b)),

@@ -189,7 +189,7 @@ mod tests {
     use slipmap_model::friction::Law;
 
     #[test]
-    fn points_of_codimension_two_and_curves_that_a_budget_cut_are_named() {
+    fn cut_curves_and_points_of_codimension_two_are_named() {
         let axes = vec![vec![0.1], vec![0.2], vec![0.1], vec![1.0, 2.0], vec![1.0], vec![0.0, 1.0]];
         let grid = Grid::new(Law::Stribeck, axes).unwrap();
         let folder = tempfile::tempdir().unwrap();

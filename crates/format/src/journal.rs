@@ -341,7 +341,7 @@ mod tests {
     /// A simulated disk: whatever it keeps of what was not forced to it, every tile before that is read as it was
     /// written, and no tile is read otherwise.
     #[test]
-    fn what_was_forced_to_disk_is_read_and_nothing_else_than_was_written() {
+    fn what_is_on_disk_is_read_and_nothing_unwritten() {
         let folder = tempfile::tempdir().unwrap();
         let seeds = std::env::var("SLIPMAP_SEEDS").map_or(150, |seeds| seeds.parse().unwrap());
         let mut torn = 0;

@@ -24,6 +24,8 @@
 //! `critical_damping_error_simulation`. `stick_slip_probability` and `vibration_by_itself_probability`,
 //! over all axes, are there if quantities are uncertain.
 //! The file has the attribute `machine_motion`, translation or rotation; its `law_definition` is in SI units.
+//! For a table the last line of `law_definition` tells what else is known of it: the lines of its rows in its file, the number
+//! of readings, `no_rest` where no row was at rest and friction there is on the line through the first two.
 //!
 //! # Curves
 //!

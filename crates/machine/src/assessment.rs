@@ -4,7 +4,7 @@
 mod data_errors;
 mod sensitivities;
 
-use crate::behaviour::{self, Behaviour};
+use crate::behaviour::{self, MachineBehaviour};
 use crate::intervals::{self, Limit, TOLERANCE};
 pub use crate::intervals::{End, Intervals, Statement};
 use crate::method_answer::of_test;
@@ -13,10 +13,10 @@ use crate::{Dimension, Friction, Machine, Model};
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors, with_errors};
 use sensitivities::influence;
 pub use sensitivities::sensitivities_to;
-pub use sensitivities::{Influence, Sensitivity, sensitivities};
+pub use sensitivities::{QuantitySensitivity, SpeedInfluence, sensitivities};
 use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_column::crossing::crossing_cycles;
-use slipmap_column::slip_cycle::{Kick, Unknown};
+use slipmap_column::slip_cycle::{CyclesUnknown, Kick};
 use slipmap_column::{LongRun, Regime, Verdict};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::flow::{Failure, Fate, Flow};
@@ -54,7 +54,7 @@ pub struct Assessment {
     /// The machine at its working point.
     pub machine: Machine,
     /// The behaviour at the working point.
-    pub behaviour: Behaviour,
+    pub behaviour: MachineBehaviour,
     /// The belt speeds at which each of [`Statement::ALL`] holds, at the working damping.
     pub speeds: [Intervals; Statement::ALL.len()],
     /// The dampings at which each of [`Statement::ALL`] holds, at the working speed.
@@ -91,10 +91,10 @@ pub struct Assessment {
     /// before the end of the phase it begins, and how long it lasts. `None` where there is none.
     pub fragile: Option<[f64; 2]>,
     /// Sensitivities of the critical damping at the working speed.
-    pub sensitivities: Vec<Sensitivity>,
+    pub sensitivities: Vec<QuantitySensitivity>,
     /// Weights of slip speeds of the friction curve in the critical damping; empty where the polar angle of
     /// the orbit is not monotone in time.
-    pub influence: Vec<Influence>,
+    pub influence: Vec<SpeedInfluence>,
     /// Verdicts of the rigorous tests at the working point.
     pub proofs: Vec<Proof>,
 }
@@ -147,7 +147,7 @@ impl Assessment {
 const SAME: f64 = 1e-6;
 
 /// The reason why the orbit of measured friction fails: the data end. States how far they should reach.
-fn beyond_data(machine: &Machine, behaviour: &Behaviour) -> Option<String> {
+fn beyond_data(machine: &Machine, behaviour: &MachineBehaviour) -> Option<String> {
     let Friction::Measured(table) = &machine.friction else { return None };
     let unit = machine.motion.unit(Dimension::Velocity);
     let (end, needed) = (short(table.fastest()), rounded(behaviour.needed_slip_speed?, 3));
@@ -157,8 +157,8 @@ fn beyond_data(machine: &Machine, behaviour: &Behaviour) -> Option<String> {
 }
 
 /// The reason why cycles are unknown; `beyond_data`, if any, where their orbits leave the data.
-fn why_unknown(why: Unknown, beyond_data: Option<&String>) -> String {
-    let beyond = beyond_data.filter(|_| why == Unknown::Orbit(Failure::NotFinite));
+fn why_unknown(why: CyclesUnknown, beyond_data: Option<&String>) -> String {
+    let beyond = beyond_data.filter(|_| why == CyclesUnknown::Orbit(Failure::NotFinite));
     beyond.map_or_else(|| why.to_string(), Clone::clone)
 }
 
@@ -166,7 +166,7 @@ fn why_unknown(why: Unknown, beyond_data: Option<&String>) -> String {
 fn undetermined(
     oscillator: &Oscillator,
     flow: &Flow,
-    slip: Option<Unknown>,
+    slip: Option<CyclesUnknown>,
     beyond_data: Option<&String>,
 ) -> Undetermined {
     let mut reasons = Vec::new();
@@ -225,7 +225,9 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let beyond_data = beyond_data(machine, &behaviour);
     let is_missing = vibrates_below.is_none() || !has_kick;
     let slip_cycles_unknown = is_missing
-        .then(|| slip.as_ref().err().copied().or_else(|| attractors.backbone().err().map(Unknown::from)))
+        .then(|| {
+            slip.as_ref().err().copied().or_else(|| attractors.backbone().err().map(CyclesUnknown::from))
+        })
         .flatten()
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
     let highest = stick_slip.holds.last().map(|[_, end]| *end);

@@ -13,7 +13,7 @@ use slipmap_witness::{Start, trace};
 
 /// The behaviour of a machine, in SI units; for a rotation rad replaces m and N m replaces N.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Behaviour {
+pub struct MachineBehaviour {
     /// Undamped natural frequency, Hz.
     pub natural_frequency: f64,
     /// Damping ratio d / (2 sqrt(k m)).
@@ -103,7 +103,7 @@ pub(crate) fn is_positive(column: &Column, critical: f64) -> bool {
 
 /// Computes the behaviour of a machine.
 #[must_use]
-pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
+pub fn behaviour(model: &Model, tolerance: f64) -> MachineBehaviour {
     let oscillator = Oscillator::new(&model.law, &model.point);
     let flow = flow(&oscillator, tolerance);
     let long_run = slipmap_column::long_run(&oscillator, &flow, tolerance);
@@ -116,7 +116,7 @@ pub(crate) fn with_speeds(
     flow: &Flow,
     long_run: &LongRun,
     tolerance: f64,
-) -> (Behaviour, Intervals) {
+) -> (MachineBehaviour, Intervals) {
     let Model { law, point, si: units } = model;
     let oscillator = Oscillator::new(law, point);
     let half = |range: slipmap_model::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
@@ -129,7 +129,7 @@ pub(crate) fn with_speeds(
     let critical = known.ok().filter(|root| is_positive(&column, root.c));
     let times = flow.landing().map(|landing| [landing.slip_time, landing.stick_time]);
     let speeds = of_stick_slip(law, point);
-    let behaviour = Behaviour {
+    let behaviour = MachineBehaviour {
         natural_frequency: 1.0 / (std::f64::consts::TAU * units.time),
         damping_ratio: 0.5 * point.damping,
         critical_belt_speed: speeds.highest().times(units.velocity),

@@ -171,7 +171,7 @@ pub struct Model {
 }
 
 /// The units of the dimensionless oscillator, in SI.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Units {
     /// Whether the machine moves along a line or turns.
     #[serde(skip)]

@@ -85,8 +85,8 @@ impl Spread {
 }
 
 /// An estimate of a number, with its 95 % confidence limits.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Estimate {
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct WithLimits {
     /// The estimate.
     pub value: f64,
     /// Smallest and largest legal value.
@@ -95,16 +95,16 @@ pub struct Estimate {
 }
 
 /// The nominal damping for a given probability of stick-slip.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct RareBy {
     /// Its probability.
     pub probability: f64,
     /// The damping, N s/m (for a rotation N m s/rad); `None` if there are too few draws for limits.
-    pub damping: Option<Estimate>,
+    pub damping: Option<WithLimits>,
 }
 
 /// The result of the draws.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Risk {
     /// Number of draws that are legal and whose critical damping was found.
     pub draws: usize,
@@ -123,9 +123,9 @@ pub struct Risk {
     #[serde(rename = "critical_damping_standard_error")]
     pub standard_error: Option<f64>,
     /// The probability that the machine may stick-slip.
-    pub probability: Estimate,
+    pub probability: WithLimits,
     /// The probability that it vibrates by itself: steady slip is unstable, and every start but that ends in a vibration.
-    pub by_itself: Estimate,
+    pub by_itself: WithLimits,
     /// The dampings for the given probabilities.
     pub rare_by: Vec<RareBy>,
 }
@@ -453,7 +453,7 @@ impl Needed {
 
     /// Probability that the machine may stick-slip at this nominal damping. The value is that of the draws
     /// whose critical damping is known; the limits hold whatever the critical dampings of the others are.
-    pub fn probability(&self, damping: f64) -> Estimate {
+    pub fn probability(&self, damping: f64) -> WithLimits {
         let more = &self.draws[self.draws.partition_point(|draw| draw.damping <= damping)..];
         let below = |end: usize| {
             let is_below =
@@ -465,16 +465,16 @@ impl Needed {
         let count = self.legal_of(more, damping) - not_sticking;
         let of = self.legal_of(&self.draws, damping) + self.failed - failed;
         let [none, all] = [count, count + failed].map(|count| share(count, of + failed).limits);
-        Estimate { limits: [none[0], all[1]], ..share(count, of) }
+        WithLimits { limits: [none[0], all[1]], ..share(count, of) }
     }
 
     /// Probability that the machine vibrates by itself at this nominal damping, with limits as of
     /// [`Needed::probability`].
-    pub fn by_itself(&self, damping: f64) -> Estimate {
+    pub fn by_itself(&self, damping: f64) -> WithLimits {
         let does = |draw: &&NeededDraw| draw.legal_from <= damping && damping < draw.unstable_below;
         let (count, of) = (self.draws.iter().filter(does).count(), self.legal_of(&self.draws, damping));
         let [none, all] = [count, count + self.failed].map(|count| share(count, of + self.failed).limits);
-        Estimate { limits: [none[0], all[1]], ..share(count, of) }
+        WithLimits { limits: [none[0], all[1]], ..share(count, of) }
     }
 
     /// How many draws are legal, how many of those are known to stick-slip, and of how many that is unknown, just below each
@@ -504,7 +504,7 @@ impl Needed {
 
     /// The nominal damping above which the machine may stick-slip with less than this probability. Its limits are where
     /// those of [`Needed::probability`] are this probability, up to whole draws; `None` if there are too few for limits.
-    fn quantile(&self, probability: f64) -> Option<Estimate> {
+    fn quantile(&self, probability: f64) -> Option<WithLimits> {
         let counts = self.counts();
         // The largest damping at which all legal draws but the least `rank` may stick-slip; 0 if there is none.
         let largest = |rank: &dyn Fn(f64) -> f64, counted: fn([i32; 3]) -> [i32; 2]| {
@@ -529,7 +529,7 @@ impl Needed {
         let value = largest(&rank, |[legal, sticking, unknown]| [legal - unknown, sticking])?;
         let low = largest(&low, |[legal, sticking, _]| [legal, sticking])?;
         let high = largest(&high, |[legal, sticking, unknown]| [legal, sticking + unknown])?;
-        Some(Estimate { value, limits: [low, high] })
+        Some(WithLimits { value, limits: [low, high] })
     }
 }
 
@@ -561,8 +561,10 @@ pub fn risk(
     let end = time.and_then(|time| Instant::now().checked_add(time));
     let needed = Needed::until(machine, uncertain, draws.unwrap_or(usual), end)?;
     let (damping, unit) = (given_damping(machine), machine.si_damping());
-    let in_si =
-        |found: Estimate| Estimate { value: found.value * unit, limits: found.limits.map(|it| it * unit) };
+    let in_si = |found: WithLimits| WithLimits {
+        value: found.value * unit,
+        limits: found.limits.map(|it| it * unit),
+    };
     let probability = needed.probability(damping);
     if probability.value.is_nan() {
         return Err(NoRisk::NoneFollowed);
@@ -584,7 +586,7 @@ pub fn risk(
 }
 
 /// A share with the limits of Wilson's score interval.
-fn share(count: usize, of: usize) -> Estimate {
+fn share(count: usize, of: usize) -> WithLimits {
     let (n, p) = (of as f64, count as f64 / of as f64);
     let z = NORMAL * NORMAL / n;
     let middle = (p + 0.5 * z) / (1.0 + z);
@@ -592,7 +594,7 @@ fn share(count: usize, of: usize) -> Estimate {
     // At the ends of the range the limits are exact; computed ones would differ by rounding.
     let low = if count == 0 { 0.0 } else { (middle - half).max(0.0) };
     let high = if count == of { 1.0 } else { (middle + half).min(1.0) };
-    Estimate { value: p, limits: [low, high] }
+    WithLimits { value: p, limits: [low, high] }
 }
 
 #[cfg(test)]

@@ -306,7 +306,7 @@ mod tests {
     use slipmap_model::point::LawParameters;
 
     #[test]
-    fn columns_that_differ_in_eps_alone_are_in_one_tile_unless_the_law_contains_eps() {
+    fn tiles_span_eps_unless_the_law_contains_it() {
         let nodes = |count: u32| (1..=count).map(|i| 0.01 * f64::from(i)).collect::<Vec<_>>();
         for (text, together) in [("exp(-u)", true), ("1 - eps*u/(1 + u)", false)] {
             let law = Law::Expression(Expression::new(text, 1.0).unwrap());

@@ -1,7 +1,7 @@
 //! Enclosures of real numbers.
 
 /// A closed interval [lo, hi] that encloses every value of a function.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Range {
     /// Lower bound.
     #[serde(rename = "from")]

@@ -24,7 +24,7 @@ pub use work::{Effort, Piece, Work};
 use slipmap_model::friction::Range;
 
 /// A limit cycle.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Cycle {
     /// Period.
     pub period: f64,

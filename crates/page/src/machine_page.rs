@@ -242,7 +242,7 @@ mod tests {
     use lines::{percentage, regime_lines, sections};
     use slipmap_column::Regime;
     use slipmap_machine::assessment::{Undetermined, assess};
-    use slipmap_machine::risk::{Estimate, Spread, risk};
+    use slipmap_machine::risk::{Spread, WithLimits, risk};
     use slipmap_machine::{Friction, Machine, Motion};
     use slipmap_model::filippov::Stability;
     use slipmap_model::friction::{Expression, Law, Table};
@@ -358,7 +358,7 @@ mod tests {
 
     /// Orbits of a fast belt cross the belt line for ever: what the page says of stick-slip is about a window of dampings.
     #[test]
-    fn what_overtakes_the_belt_is_not_told_to_stick_slip_below_a_damping() {
+    fn what_overtakes_the_belt_has_no_damping_of_stick_slip() {
         let machine = example(Law::Exponential).with("kinetic_friction", 0.1).unwrap();
         let machine = machine.with("stribeck_velocity", 25.0).unwrap().with("strengthening", 0.0).unwrap();
         let machine = machine.with("belt_speed", 75.0).unwrap().with("damping", 0.02).unwrap();
@@ -516,7 +516,7 @@ mod tests {
 
     #[test]
     fn shares_are_printed_as_people_read_them() {
-        let print = |value, limits| percentage(&Estimate { value, limits });
+        let print = |value, limits| percentage(&WithLimits { value, limits });
         assert_eq!(print(1.0, [0.999_98, 1.0]), "100 (> 99.99 to 100) %");
         assert_eq!(print(1.0, [1.0, 1.0]), "100 %");
         assert_eq!(print(6.77e-15, [6.7e-15, 6.8e-15]), "< 0.01 %");

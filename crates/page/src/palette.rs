@@ -46,14 +46,14 @@ pub const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
 
 /// The kind of a cell: its code in the map, its name there, its fill, and its name in legends.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Kind {
+pub struct CellKind {
     pub code: i8,
     pub name: &'static str,
     pub fill: Fill,
     pub words: Cow<'static, str>,
 }
 
-pub fn verdict(verdict: Verdict) -> Kind {
+pub fn verdict(verdict: Verdict) -> CellKind {
     let (fill, words) = match verdict {
         Verdict::Present => (PRESENT, "cycle exists"),
         Verdict::Absent => (ABSENT, "no cycle"),
@@ -61,10 +61,10 @@ pub fn verdict(verdict: Verdict) -> Kind {
         Verdict::Failed => (FAILED, "failed"),
         Verdict::NotComputed => (NOT_COMPUTED, "not computed"),
     };
-    Kind { code: verdict.code(), name: verdict.name(), fill, words: words.into() }
+    CellKind { code: verdict.code(), name: verdict.name(), fill, words: words.into() }
 }
 
-pub fn regime(regime: Regime) -> Kind {
+pub fn regime(regime: Regime) -> CellKind {
     use Hatch::*;
     use Regime::*;
     let hatched = Fill::hatched;
@@ -97,19 +97,19 @@ pub fn regime(regime: Regime) -> Kind {
             (hatched(SKY, Dots, VERMILION), "equilibrium, slip cycle, stick-slip or crossing for ever")
         }
     };
-    Kind { code: regime.code(), name: regime.name(), fill, words: words.into() }
+    CellKind { code: regime.code(), name: regime.name(), fill, words: words.into() }
 }
 
-pub fn verdicts() -> Vec<Kind> {
+pub fn verdicts() -> Vec<CellKind> {
     Verdict::ALL.map(verdict).into()
 }
 
-pub fn regimes() -> Vec<Kind> {
+pub fn regimes() -> Vec<CellKind> {
     Regime::ALL.map(regime).into()
 }
 
 /// The kinds of cells of a variable of codes; `None` if it holds real numbers.
-pub fn kinds(variable: &str) -> Option<Vec<Kind>> {
+pub fn kinds(variable: &str) -> Option<Vec<CellKind>> {
     match variable {
         "regime" => Some(regimes()),
         _ if variable.starts_with("verdict_") => Some(verdicts()),
@@ -119,8 +119,8 @@ pub fn kinds(variable: &str) -> Option<Vec<Kind>> {
 
 /// The kinds of cells by the first of these methods that decides them: its position, else one of two negative codes, see
 /// [`decider`].
-pub fn deciders(methods: &[Method]) -> Vec<Kind> {
-    let decided = methods.iter().enumerate().map(|(code, method)| Kind {
+pub fn deciders(methods: &[Method]) -> Vec<CellKind> {
+    let decided = methods.iter().enumerate().map(|(code, method)| CellKind {
         code: code as i8,
         name: method.name(),
         fill: method_area(method.name()),
@@ -129,8 +129,8 @@ pub fn deciders(methods: &[Method]) -> Vec<Kind> {
             _ => method.name().replace('_', " ").into(),
         },
     });
-    let open = Kind { code: NONE_DECIDES, name: "none", fill: UNDECIDED, words: "none of them".into() };
-    let failed = Kind { code: ONE_FAILS, ..verdict(Verdict::Failed) };
+    let open = CellKind { code: NONE_DECIDES, name: "none", fill: UNDECIDED, words: "none of them".into() };
+    let failed = CellKind { code: ONE_FAILS, ..verdict(Verdict::Failed) };
     decided.chain([open, failed]).collect()
 }
 

@@ -7,7 +7,7 @@ use super::table::{Cell as Entry, ColumnOf, Show, Table};
 use super::{ReportError, figure, write};
 use slipmap_figure::text::{Rich, rich};
 use slipmap_files::{Existing, write_folder};
-pub use slipmap_study::benchmark::{self, Errors, Kind, Labels, Row, Study};
+pub use slipmap_study::benchmark::{self, ContestantKind, Errors, Labels, Row, Study};
 
 /// Adds the measurements of `scripts/study peers` on the same cells: `peers.csv` in `folder`, if it is there.
 ///
@@ -16,7 +16,7 @@ pub use slipmap_study::benchmark::{self, Errors, Kind, Labels, Row, Study};
 pub fn add_peers(study: &mut Study, folder: &Path) -> Result<(), ReportError> {
     let path = folder.join("peers.csv");
     if path.exists() {
-        study.rows.retain(|row| row.kind != Kind::Peer);
+        study.rows.retain(|row| row.kind != ContestantKind::Peer);
         study.rows.extend(read_peers(&path, &slipmap_format::fingerprint(&study.cells_csv()))?);
         study.mark_fronts();
     }
@@ -71,7 +71,7 @@ fn table(study: &Study) -> Table {
 
 /// Explanations of the numbers.
 fn notes(study: &Study) -> Vec<Rich> {
-    let peers = study.rows.iter().any(|row| row.kind == Kind::Peer);
+    let peers = study.rows.iter().any(|row| row.kind == ContestantKind::Peer);
     let mut notes = vec![rich(
         "Time: processor time of one thread, the least of a few passes; each cell on its own, nothing shared \
          between the cells of a column as it is in maps. Errors are against margins and critical dampings to more \
@@ -154,7 +154,7 @@ fn read_peers(path: &Path, own: &str) -> Result<Vec<Row>, ReportError> {
             (labels.cells > 0).then_some(labels)
         };
         rows.push(Row {
-            kind: Kind::Peer,
+            kind: ContestantKind::Peer,
             name: peer_name(word("peer"), word("form")),
             setting: number("tolerance").map(|tolerance| ("tolerance".into(), tolerance)),
             cells,

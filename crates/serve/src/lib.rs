@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn work_keeps_its_place_until_it_ends_though_nobody_waits_for_it() {
+    fn work_keeps_its_place_though_nobody_waits() {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
         let (begin, begun) = channel();
         let (end, ended) = channel();

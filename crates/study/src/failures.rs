@@ -32,7 +32,7 @@ use slipmap_orbits::{Effort, flow};
 named! {
     /// Kind of failure of a method at a cell.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-    pub enum Kind {
+    pub enum FailureKind {
         /// The verdict is present, and no stick-slip cycle exists.
         WrongPresence => "wrong_presence",
         /// The verdict is absent, and a stick-slip cycle exists.
@@ -44,28 +44,28 @@ named! {
     }
 }
 
-impl Kind {
+impl FailureKind {
     /// The failure of the verdict `claimed`; `None` if it is right.
-    fn of(claimed: Verdict, truth: Verdict) -> Option<Kind> {
+    fn of(claimed: Verdict, truth: Verdict) -> Option<FailureKind> {
         match claimed {
-            Verdict::Present if truth == Verdict::Absent => Some(Kind::WrongPresence),
-            Verdict::Absent if truth == Verdict::Present => Some(Kind::WrongAbsence),
+            Verdict::Present if truth == Verdict::Absent => Some(FailureKind::WrongPresence),
+            Verdict::Absent if truth == Verdict::Present => Some(FailureKind::WrongAbsence),
             Verdict::Present | Verdict::Absent => None,
-            Verdict::Undecided | Verdict::NotComputed => Some(Kind::Undecided),
-            Verdict::Failed => Some(Kind::Failed),
+            Verdict::Undecided | Verdict::NotComputed => Some(FailureKind::Undecided),
+            Verdict::Failed => Some(FailureKind::Failed),
         }
     }
 
     /// Returns whether the method gives a wrong answer.
     fn is_wrong(self) -> bool {
-        matches!(self, Kind::WrongPresence | Kind::WrongAbsence)
+        matches!(self, FailureKind::WrongPresence | FailureKind::WrongAbsence)
     }
 }
 
 /// The cells at which one method fails in one way by one mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Class {
-    pub kind: Kind,
+    pub kind: FailureKind,
     pub mechanism: Mechanism,
     pub cells: u64,
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
@@ -91,7 +91,7 @@ pub struct MethodFailures {
 
 impl MethodFailures {
     /// Number of cells with one kind of failure.
-    pub fn count(&self, kind: Kind) -> u64 {
+    pub fn count(&self, kind: FailureKind) -> u64 {
         self.classes.iter().filter(|class| class.kind == kind).map(|class| class.cells).sum()
     }
 
@@ -157,7 +157,7 @@ pub struct Comparison<'a> {
 /// One failure of one method at one point.
 struct Finding {
     method: usize,
-    kind: Kind,
+    kind: FailureKind,
     mechanism: Mechanism,
 }
 
@@ -237,7 +237,7 @@ impl MethodFailures {
         if class.farthest_c.to_bits() != before.to_bits() {
             class.example = *point;
         }
-        if kind != Kind::Undecided {
+        if kind != FailureKind::Undecided {
             class.farthest_epsilon = class.farthest_epsilon.max(examined.distance_epsilon);
         }
     }
@@ -275,7 +275,7 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
             Method::Naive(naive, knobs) => naive.decide(&oscillator, knobs).verdict.into(),
             Method::Simulation | Method::Direct => truth,
         };
-        if let Some(kind) = Kind::of(claimed, truth) {
+        if let Some(kind) = FailureKind::of(claimed, truth) {
             let mechanism = mechanism::of(*method, &column, point.damping, kind, &first);
             examined.findings.push(Finding { method: number, kind, mechanism });
         }
@@ -283,7 +283,7 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
     if !examined.findings.is_empty() {
         examined.distance_c = distance_in_c(&column, point.damping, &first, tolerance);
     }
-    if examined.findings.iter().any(|finding| finding.kind != Kind::Undecided) {
+    if examined.findings.iter().any(|finding| finding.kind != FailureKind::Undecided) {
         let change = Ray::new(comparison.law, point, tolerance).nearest_change(point.epsilon);
         examined.distance_epsilon = change.map_or(f64::NAN, |change| (change - point.epsilon).abs());
     }

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_falls_like_the_eighth_power_of_the_step_and_the_estimate_with_it() {
+    fn error_and_estimate_fall_with_the_eighth_power() {
         let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
         let (reference, _) = swing(160);
         let runs = [10, 20].map(swing);

@@ -149,7 +149,7 @@ fn bounds_on_the_turn_hold_and_tighten() {
 /// At the edge of the claim of `bendixson`, the divergence is positive on [0, V + R] with the orbit's
 /// amplitude R, and the edge is not far from where that ends.
 #[test]
-fn bendixson_claims_presence_where_the_divergence_is_positive_along_the_orbit() {
+fn bendixson_claims_presence_by_positive_divergence() {
     let mut gaps = Vec::new();
     for p in points(8, 3000) {
         let edge = p.claim("bendixson").present_below;

@@ -55,7 +55,7 @@ fn margins_and_their_error_estimates_agree_with_the_polar_form() {
 /// Friction that is even in the slip speed falls within a thin layer next to a fast belt. Steps once went
 /// past the layer, with an error of 190 times the stated one.
 #[test]
-fn thin_layers_of_friction_that_is_even_in_the_slip_speed_are_resolved() {
+fn thin_even_layers_are_resolved() {
     let mut random = Random(0x1a7e);
     for _ in 0..300 {
         let belt_speed = random.log(0.1, 1e5);

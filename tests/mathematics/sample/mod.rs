@@ -1,7 +1,7 @@
 //! Reproducible points of the Stribeck law for the tests of the theory.
 
 use slipmap::column;
-use slipmap::column::slip_cycle::Unknown;
+use slipmap::column::slip_cycle::CyclesUnknown;
 use slipmap::filippov::Oscillator;
 use slipmap::flow::{Fate, Flow};
 use slipmap::friction::{Column, Expression, Law};
@@ -26,7 +26,7 @@ pub fn returns(fate: &Fate) -> Option<bool> {
 }
 
 /// All slip cycles of an oscillator.
-pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, CyclesUnknown> {
     column::slip_cycles(oscillator, &flow(oscillator, 1e-9), tolerance)
 }
 

@@ -161,7 +161,7 @@ fn an_axis_of_one_node_is_not_drawn_as_an_area() {
 }
 
 #[test]
-fn methods_that_decide_nothing_in_a_plane_are_named_and_not_drawn() {
+fn methods_that_decide_nothing_are_named_and_not_drawn() {
     let folder = tempfile::tempdir().unwrap();
     // Far above the damping at which the equilibrium becomes stable.
     let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0, 3.0], &[1.0], &[5.0, 6.0, 7.0]];

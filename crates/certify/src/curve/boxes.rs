@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::column::{Stop, critical, prove};
 use super::find::{Finder, Found};
 use super::region::Region;
-use super::{Along, Kind, OneWay};
+use super::{Along, CurveKind, OneWay};
 use crate::certificate::{MOST_CUTS, Node};
 use slipmap_model::friction::Law;
 use slipmap_numbers::interval::Interval;
@@ -52,8 +52,8 @@ impl Shares {
             let spread = sizes.fold(Interval::ZERO, |sum, size| sum + size);
             (Interval::of(curve.c) - spread).hull(Interval::of(curve.c) + spread)
         };
-        let at = |kind: Kind| curves.iter().filter(move |curve| curve.kind == kind);
-        let from = at(Kind::Lands).map(|curve| bounds(curve).hi).fold(f64::INFINITY, f64::min).max(lo);
+        let at = |kind: CurveKind| curves.iter().filter(move |curve| curve.kind == kind);
+        let from = at(CurveKind::Lands).map(|curve| bounds(curve).hi).fold(f64::INFINITY, f64::min).max(lo);
         let share = |of: Interval| of.over(Interval::of(hi) - Interval::of(lo)).lo.clamp(0.0, 1.0);
         let present = |curve: &OneWay| {
             if lo == hi {
@@ -72,8 +72,8 @@ impl Shares {
             share(Interval::of(hi) - Interval::of(bottom))
         };
         Self {
-            present: at(Kind::Returns).map(present).fold(0.0, f64::max),
-            absent: at(Kind::Absent).map(absent).fold(0.0, f64::max),
+            present: at(CurveKind::Returns).map(present).fold(0.0, f64::max),
+            absent: at(CurveKind::Absent).map(absent).fold(0.0, f64::max),
         }
     }
 }
@@ -200,7 +200,7 @@ impl Part {
         }
         let whole = Whole::of(law, &region, damping)?;
         let (mut stop, mut lacks) = (None, vec![1.0; region.axes.len()]);
-        for kind in [Kind::Returns, Kind::Absent] {
+        for kind in [CurveKind::Returns, CurveKind::Absent] {
             if whole.is_of_use(kind) {
                 match whole.close(kind, &mut lacks) {
                     Ok(curve) => self.curves.push(curve),
@@ -208,21 +208,21 @@ impl Part {
                 }
             }
         }
-        if let Some(most) = self.at(Kind::Returns) {
+        if let Some(most) = self.at(CurveKind::Returns) {
             match whole.land(most) {
                 Ok(curve) => self.curves.push(curve),
                 Err(why) => stop = Some(why),
             }
         }
         let width = damping[1] - damping[0];
-        let both = self.at(Kind::Absent).zip(self.at(Kind::Returns));
+        let both = self.at(CurveKind::Absent).zip(self.at(CurveKind::Returns));
         let gap = both.map_or(width, |(absent, returns)| absent - returns);
         self.cut = whole.best_cut(gap, &lacks, stop.is_some());
         stop.map_or(Ok(()), Err)
     }
 
     /// The damping of the curve of a kind.
-    fn at(&self, kind: Kind) -> Option<f64> {
+    fn at(&self, kind: CurveKind) -> Option<f64> {
         self.curves.iter().find(|curve| curve.kind == kind).map(|curve| curve.c)
     }
 }
@@ -310,15 +310,15 @@ impl<'a> Whole<'a> {
     }
 
     /// Whether a curve of a kind decides something in the range of dampings.
-    fn is_of_use(&self, kind: Kind) -> bool {
+    fn is_of_use(&self, kind: CurveKind) -> bool {
         match kind {
-            Kind::Returns => self.critical + self.spread() > self.damping[0],
+            CurveKind::Returns => self.critical + self.spread() > self.damping[0],
             _ => self.critical - self.spread() < self.damping[1],
         }
     }
 
     /// The curve of a kind next to c*; tells what each axis lacks.
-    fn close(&self, kind: Kind, lacks: &mut Vec<f64>) -> Result<OneWay, Stop> {
+    fn close(&self, kind: CurveKind, lacks: &mut Vec<f64>) -> Result<OneWay, Stop> {
         let side = -kind.sign();
         let bent = self.bends.iter().map(|bend| (side * bend).max(0.0)).sum::<f64>();
         let at = |off: f64| {
@@ -439,9 +439,9 @@ mod tests {
                 for curve in &proof.parts[0].curves {
                     let c = curve.along.iter().fold(curve.c, |c, along| c + (2.0 * share - 1.0) * along.c);
                     let holds = match curve.kind {
-                        Kind::Returns => c < known.hi,
-                        Kind::Absent => c > known.lo,
-                        Kind::Lands => true,
+                        CurveKind::Returns => c < known.hi,
+                        CurveKind::Absent => c > known.lo,
+                        CurveKind::Lands => true,
                     };
                     assert!(holds, "{:?} {c} {known:?}", curve.kind);
                 }

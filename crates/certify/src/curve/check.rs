@@ -8,7 +8,7 @@
 //! touches it counts with the limit from its own side: the orbit there meets the curve with the flow of that
 //! side only, or both are vertical, and S does not depend on w.
 
-use super::{Along, Kind, MOST_DEGREE, OneWay};
+use super::{Along, CurveKind, MOST_DEGREE, OneWay};
 use slipmap_model::friction::{COUNT, Column, ProvedPiece, Range, Weakening};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
@@ -493,7 +493,7 @@ impl OneWay {
         let drop = if off == 0.0 { setting.drop } else { Interval::ball(0.0, off) + setting.drop };
         let start = -self.pieces[0][0][1];
         let starts = match self.kind {
-            Kind::Returns => y0.hi <= 0.0 && start <= drop.lo,
+            CurveKind::Returns => y0.hi <= 0.0 && start <= drop.lo,
             // Of a drop of 0 the start lies below E; above 0 it may be at E, and the bound of the drop is
             // above it.
             _ => y0.hi < 0.0 && start >= drop.hi,
@@ -503,9 +503,9 @@ impl OneWay {
             size => sum + Interval::new(-size, size),
         });
         let ends = match self.kind {
-            Kind::Returns => line(u1) && y1.lo > 0.0,
-            Kind::Absent => u1.lo > 0.0 && u1.hi < setting.belt_speed.lo && y1 == Interval::ZERO,
-            Kind::Lands => line(u1) && y1.lo > 0.0 && y1.hi < (Interval::of(2.0) - drops).lo,
+            CurveKind::Returns => line(u1) && y1.lo > 0.0,
+            CurveKind::Absent => u1.lo > 0.0 && u1.hi < setting.belt_speed.lo && y1 == Interval::ZERO,
+            CurveKind::Lands => line(u1) && y1.lo > 0.0 && y1.hi < (Interval::of(2.0) - drops).lo,
         };
         line(u0) && starts && ends
     }

@@ -1,7 +1,7 @@
 //! What curves prove of a column: its critical damping between two, and from where on the orbit sticks.
 
 use super::find::Finder;
-use super::{Kind, OneWay};
+use super::{CurveKind, OneWay};
 use crate::Claim;
 use slipmap_model::friction::{Column, Range};
 
@@ -81,7 +81,7 @@ pub struct Proof {
 
 impl Proof {
     /// The damping of the best curve of a kind.
-    fn damping(&self, kind: Kind) -> Option<f64> {
+    fn damping(&self, kind: CurveKind) -> Option<f64> {
         self.curves.iter().find(|curve| curve.kind == kind).map(|curve| curve.c)
     }
 
@@ -89,8 +89,8 @@ impl Proof {
     #[must_use]
     pub fn critical(&self) -> Range {
         Range {
-            lo: self.damping(Kind::Returns).unwrap_or(f64::NEG_INFINITY),
-            hi: self.damping(Kind::Absent).unwrap_or(f64::INFINITY),
+            lo: self.damping(CurveKind::Returns).unwrap_or(f64::NEG_INFINITY),
+            hi: self.damping(CurveKind::Absent).unwrap_or(f64::INFINITY),
         }
     }
 
@@ -103,11 +103,11 @@ impl Proof {
 
 /// The claim that curves prove of a column, if each of them proves what it claims.
 pub(crate) fn claim(curves: &[OneWay]) -> Claim {
-    let at = |kind: Kind| curves.iter().filter(move |curve| curve.kind == kind).map(|curve| curve.c);
+    let at = |kind: CurveKind| curves.iter().filter(move |curve| curve.kind == kind).map(|curve| curve.c);
     Claim {
-        sticks_from: at(Kind::Lands).map(|c| c.max(0.0)).fold(f64::INFINITY, f64::min),
-        present_below: at(Kind::Returns).fold(f64::NEG_INFINITY, f64::max),
-        absent_above: at(Kind::Absent).fold(f64::INFINITY, f64::min),
+        sticks_from: at(CurveKind::Lands).map(|c| c.max(0.0)).fold(f64::INFINITY, f64::min),
+        present_below: at(CurveKind::Returns).fold(f64::NEG_INFINITY, f64::max),
+        absent_above: at(CurveKind::Absent).fold(f64::INFINITY, f64::min),
     }
 }
 
@@ -137,23 +137,30 @@ impl Proof {
     fn complete(&mut self, column: &Column) -> Result<(), Stop> {
         let finder = Finder::new(column);
         let critical = critical(column, &finder)?;
-        let kinds = if critical > 0.0 { &[Kind::Absent, Kind::Returns][..] } else { &[Kind::Absent] };
+        let kinds =
+            if critical > 0.0 { &[CurveKind::Absent, CurveKind::Returns][..] } else { &[CurveKind::Absent] };
         let mut stop = None;
         for kind in kinds {
             stop = stop.or(self.close(&finder, *kind, column, critical).err());
         }
-        if self.damping(Kind::Returns).is_some() {
+        if self.damping(CurveKind::Returns).is_some() {
             self.land(&finder, critical)?;
         }
         stop.map_or(Ok(()), Err)
     }
 
     /// The curve of a kind next to c*, as near as it can be found.
-    fn close(&mut self, finder: &Finder, kind: Kind, column: &Column, critical: f64) -> Result<(), Stop> {
+    fn close(
+        &mut self,
+        finder: &Finder,
+        kind: CurveKind,
+        column: &Column,
+        critical: f64,
+    ) -> Result<(), Stop> {
         let size = critical.abs().max(LEAST_SIZE / column.epsilon);
         let mut stop = Stop::NotClosed;
         for margin in MARGINS {
-            let off = if kind == Kind::Returns { -margin * size } else { margin * size };
+            let off = if kind == CurveKind::Returns { -margin * size } else { margin * size };
             let damping = critical + off;
             let found = finder.closed(kind, damping, 0.5 * column.epsilon * (damping - critical).abs());
             match found.and_then(|found| self.add(finder, found.curve)) {
@@ -329,13 +336,14 @@ mod tests {
                 changed(&|it| it.c = f64::NAN),
                 changed(&|it| it.c = 5.0 * it.kind.sign()),
             ];
-            for kind in
-                [Kind::Returns, Kind::Absent, Kind::Lands].into_iter().filter(|kind| *kind != curve.kind)
+            for kind in [CurveKind::Returns, CurveKind::Absent, CurveKind::Lands]
+                .into_iter()
+                .filter(|kind| *kind != curve.kind)
             {
                 forged.push(changed(&|it| it.kind = kind));
             }
-            if curve.kind != Kind::Lands {
-                let across = if curve.kind == Kind::Returns { 1.002 } else { 0.998 };
+            if curve.kind != CurveKind::Lands {
+                let across = if curve.kind == CurveKind::Returns { 1.002 } else { 0.998 };
                 forged.push(changed(&|it| it.c *= across));
             }
             for i in 0..curve.pieces.len() {
@@ -351,7 +359,7 @@ mod tests {
                 assert!(other.check(&column).is_err(), "{:?} of {}", other.kind, other.pieces.len());
             }
         }
-        let near = proof.curves.iter().filter(|curve| curve.kind != Kind::Lands);
+        let near = proof.curves.iter().filter(|curve| curve.kind != CurveKind::Lands);
         let refused =
             near.flat_map(|curve| others.map(|other| curve.check(&brake(&Law::Exponential, &other, 0.5))));
         assert!(

@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 use super::check::{Budget, Cell, Field};
 use super::column::Stop;
 use super::follow::{End, State, Turned, Until};
-use super::{Kind, MOST_DEGREE, MOST_PIECES, OneWay};
+use super::{CurveKind, MOST_DEGREE, MOST_PIECES, OneWay};
 use slipmap_model::friction::Column;
 use slipmap_numbers::TimesPlus as _;
 use slipmap_numbers::chebyshev::node;
@@ -264,13 +264,13 @@ impl Finder {
     }
 
     /// First and last state of a curve that closes.
-    fn ends(flow: &Turned, kind: Kind) -> [State; 2] {
+    fn ends(flow: &Turned, kind: CurveKind) -> [State; 2] {
         let (kappa, belt_speed) = (flow.kappa.abs(), flow.field.belt_speed);
         let a = flow.metric(0.0);
         let y = 2.0 * kappa * belt_speed / a;
         let drop = flow.field.drop;
         match kind {
-            Kind::Returns => [[0.0, -drop.lo], [0.0, y]],
+            CurveKind::Returns => [[0.0, -drop.lo], [0.0, y]],
             _ if drop.hi > 0.0 => [[0.0, -drop.hi], [END * kappa * belt_speed / (a * a), 0.0]],
             _ => [[0.0, -y], [END * kappa * belt_speed / (a * a), 0.0]],
         }
@@ -309,7 +309,7 @@ impl Finder {
     }
 
     /// kappa, with its sign, with which a curve closes in a field; `guess` is a guess of its size.
-    fn closes(&self, field: &Field, kind: Kind, guess: f64) -> Result<f64, Stop> {
+    fn closes(&self, field: &Field, kind: CurveKind, guess: f64) -> Result<f64, Stop> {
         let sign = -kind.sign();
         // Positive for small kappa: turning moves an outward curve inwards, and an inward one outwards.
         let at = |log: f64| {
@@ -339,7 +339,7 @@ impl Finder {
     }
 
     /// A curve that closes, at c; `guess` is a guess of kappa.
-    pub(super) fn closed(&self, kind: Kind, damping: f64, guess: f64) -> Result<Found, Stop> {
+    pub(super) fn closed(&self, kind: CurveKind, damping: f64, guess: f64) -> Result<Found, Stop> {
         let field = self.field.at(damping);
         let found = self.closes(&field, kind, guess).and_then(|kappa| {
             let flow = Turned::new(&field, kappa, &self.work);
@@ -350,7 +350,7 @@ impl Finder {
     }
 
     /// The halves of a curve that nearly closes.
-    fn closing<'a>(flow: &Turned<'a>, kind: Kind) -> Option<Vec<Half<'a>>> {
+    fn closing<'a>(flow: &Turned<'a>, kind: CurveKind) -> Option<Vec<Half<'a>>> {
         let [start, end] = Self::ends(flow, kind);
         let (_, halves) = Self::mismatch(flow, [start, end]);
         let [End::At { state: one, time: down }, End::At { state: two, time: up }] = halves else {
@@ -364,7 +364,7 @@ impl Finder {
     /// The way to the stick segment.
     fn way<'a>(flow: &Turned<'a>) -> Result<Vec<Half<'a>>, Stop> {
         let Field { drop, law, damping, .. } = flow.field;
-        let [start, _] = Self::ends(flow, Kind::Lands);
+        let [start, _] = Self::ends(flow, CurveKind::Lands);
         match flow.follow(start, 1.0, Until::Lands) {
             End::At { state, time } if state[1] < 2.0 - drop.hi => {
                 Ok(vec![Half { flow: *flow, from: start, to: state, time, sign: 1.0 }])
@@ -382,7 +382,7 @@ impl Finder {
         for kappa in LANDING {
             let flow = Turned::new(&field, kappa, &self.work);
             let found = Self::way(&flow)
-                .and_then(|halves| Found::of(Kind::Lands, &flow, &halves, &mut Budget::of_a_curve()));
+                .and_then(|halves| Found::of(CurveKind::Lands, &flow, &halves, &mut Budget::of_a_curve()));
             match found {
                 Ok(found) => return Ok(found),
                 Err(why) => stop = self.because(why),
@@ -403,12 +403,12 @@ impl Finder {
     pub(super) fn again(&self, found: &Found, damping: f64) -> Option<Vec<Points>> {
         let (field, kind) = (self.field.at(damping), found.curve.kind);
         let kappa = match kind {
-            Kind::Lands => found.kappa,
+            CurveKind::Lands => found.kappa,
             _ => self.closes(&field, kind, found.kappa.abs()).ok()?,
         };
         let flow = Turned::new(&field, kappa, &self.work);
         let halves = match kind {
-            Kind::Lands => Self::way(&flow).ok()?,
+            CurveKind::Lands => Self::way(&flow).ok()?,
             _ => Self::closing(&flow, kind)?,
         };
         let pieces = halves.iter().zip(&found.shares).map(|(half, shares)| half.divided(shares));
@@ -433,7 +433,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    fn of(kind: Kind, flow: &Turned, halves: &[Half], budget: &mut Budget) -> Result<Self, Stop> {
+    fn of(kind: CurveKind, flow: &Turned, halves: &[Half], budget: &mut Budget) -> Result<Self, Stop> {
         let found = halves.iter().map(|half| half.pieces(budget)).collect::<Result<Vec<_>, Stop>>()?;
         let (pieces, shares) = found.into_iter().unzip();
         let pieces = in_order(pieces).into_iter().map(|piece| piece.into_iter().collect()).collect();

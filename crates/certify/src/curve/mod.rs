@@ -9,11 +9,11 @@
 //! **Lemma.** *Let G be continuous and piecewise C^1 in v <= V, begin at (V, y0), y0 <= 0, meet {y = 0, 0 <=
 //! v < V} at its last point at most, and be a graph over v where both y < 0 and v >= 0. Let S have one strict
 //! sign on it, at joins on both sides, and at jumps of w with the limit of the side from which G comes.*
-//! - [`Kind::Returns`]: *S > 0, -j <= y0, last point (V, y1), y1 > 0. For every C' <= C the orbit from E
+//! - [`CurveKind::Returns`]: *S > 0, -j <= y0, last point (V, y1), y1 > 0. For every C' <= C the orbit from E
 //!   comes back to the line or runs away.*
-//! - [`Kind::Absent`]: *S < 0, y0 < -j (or y0 = -j < 0), last point (v1, 0), 0 < v1 < V. For no C' >= C it
+//! - [`CurveKind::Absent`]: *S < 0, y0 < -j (or y0 = -j < 0), last point (v1, 0), 0 < v1 < V. For no C' >= C it
 //!   comes back.*
-//! - [`Kind::Lands`]: *S < 0, y0 as before, last point (V, y1), 0 < y1 < 2 - j. For every C' >= C it stays
+//! - [`CurveKind::Lands`]: *S < 0, y0 as before, last point (V, y1), 0 < y1 < 2 - j. For every C' >= C it stays
 //!   bounded, and sticks if it comes back.*
 //!
 //! *Proof.* Close G along y = 0 to (V, 0), where it ends before, and along v = V, to a curve K. The ray from
@@ -81,7 +81,7 @@ fn reach(column: &Column) -> f64 {
 /// What a curve proves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum CurveKind {
     /// The orbit comes back or runs away, at its damping and all smaller ones.
     Returns,
     /// The orbit does not come back, at its damping and all larger ones.
@@ -90,10 +90,10 @@ pub enum Kind {
     Lands,
 }
 
-impl Kind {
+impl CurveKind {
     /// The sign of S.
     fn sign(self) -> f64 {
-        if self == Kind::Returns { 1.0 } else { -1.0 }
+        if self == CurveKind::Returns { 1.0 } else { -1.0 }
     }
 }
 
@@ -105,7 +105,7 @@ pub type Piece = List<[f64; 2], { MOST_DEGREE + 1 }>;
 #[serde(deny_unknown_fields)]
 pub struct OneWay {
     /// What it proves.
-    pub kind: Kind,
+    pub kind: CurveKind,
     /// The damping; over a box, that in its middle.
     pub c: f64,
     /// Its pieces, clockwise; over a box, those in its middle.

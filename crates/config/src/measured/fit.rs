@@ -2,14 +2,14 @@
 
 use std::fmt::Write as _;
 
-use super::Measured;
+use super::{Measured, MeasuredReading};
 use slipmap_fit::{Fit, Form, NoFit, Reading, Reduced, fits};
 use slipmap_machine::{AREA, Coefficients, Dimension, NORMAL_FORCE, PRESSURE, RADIUS};
 use slipmap_numbers::text::{known_part, rounded, short, with_error};
 use toml_edit::{DocumentMut, Item, TomlError};
 
 /// A law fitted to measured friction, in SI units.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, serde::Serialize, schemars::JsonSchema)]
 pub struct FittedLaw {
     /// Its name in the table of laws.
     law: String,
@@ -41,7 +41,7 @@ const SURE: f64 = 2.0;
 const AS_GOOD: f64 = 4.0;
 
 /// Laws fitted to measured friction: what `slipmap fit --json` prints.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, serde::Serialize, schemars::JsonSchema)]
 pub struct Fitted {
     /// The file.
     data: String,
@@ -172,12 +172,15 @@ impl Measured {
     /// # Errors
     /// The problem with its line, and a remedy.
     pub fn readings(&self) -> Result<Readings, (String, String)> {
-        type Row = super::Reading;
-        let of = |readings: &[Row]| -> Vec<Reading> {
-            let of = |&Row { speed, friction, error, .. }: &Row| Reading { speed, friction, error };
+        let of = |readings: &[MeasuredReading]| -> Vec<Reading> {
+            let of = |&MeasuredReading { speed, friction, error, .. }: &MeasuredReading| Reading {
+                speed,
+                friction,
+                error,
+            };
             readings.iter().map(of).collect()
         };
-        let exact = |row: &&Row| row.error == 0.0;
+        let exact = |row: &&MeasuredReading| row.error == 0.0;
         if let Some(row) = self.at_rest.iter().chain(&self.in_slip).find(exact) {
             let problem = format!("{}:{}: the standard error is 0", self.name, row.line);
             return Err((problem, "write the error that the reading has, or leave all of them out".into()));

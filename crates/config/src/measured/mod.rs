@@ -61,7 +61,7 @@ pub struct OfMachine {
 
 /// What the rows of a file are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum RowKind {
     /// A record over time, in which neighbours are not independent.
     Record,
     /// Independent readings, in any order.
@@ -70,7 +70,7 @@ pub enum Kind {
     Rows,
 }
 
-impl Kind {
+impl RowKind {
     /// All of them, by name.
     pub const NAMES: [(&'static str, Self); 3] =
         [("record", Self::Record), ("curve", Self::Curve), ("rows", Self::Rows)];
@@ -100,7 +100,7 @@ pub struct How {
     /// The machine whose friction it is, in SI units; `None` for that of the oscillator.
     pub machine: Option<OfMachine>,
     /// What the rows are; as the file has it if it is `None`.
-    pub kind: Option<Kind>,
+    pub kind: Option<RowKind>,
     /// Of which direction of slip.
     pub direction: Direction,
     /// The columns that were chosen.
@@ -139,13 +139,13 @@ impl How {
         }
         let direction = of("direction", direction, &Direction::NAMES)?.unwrap_or_default();
         let chosen = column.map_or(Ok(Vec::new()), columns::chosen)?;
-        Ok(Self { machine: None, kind: of("kind of rows", kind, &Kind::NAMES)?, direction, chosen })
+        Ok(Self { machine: None, kind: of("kind of rows", kind, &RowKind::NAMES)?, direction, chosen })
     }
 }
 
 /// A reading of the friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct MeasuredReading {
     /// Slip speed, at least 0.
     pub speed: f64,
     /// Friction against slip.
@@ -166,9 +166,9 @@ pub struct Measured {
     /// The file's name in messages.
     pub name: String,
     /// Readings at rest, at slip speed 0: of a record over time the friction at which each phase of rest ends.
-    pub at_rest: Vec<Reading>,
+    pub at_rest: Vec<MeasuredReading>,
     /// Readings in slip, by increasing speed.
-    pub in_slip: Vec<Reading>,
+    pub in_slip: Vec<MeasuredReading>,
     /// Whether the file has standard errors.
     pub has_errors: bool,
     /// Whether the rows are a record over time, in which neighbours are not independent.

@@ -1,6 +1,6 @@
 //! Readings in slip reduced to a curve: those of each direction for themselves, and those of a record by time.
 
-use super::{Measured, Reading};
+use super::{Measured, MeasuredReading};
 use slipmap_fit::{Reduced, Rows, reduce};
 
 /// Least number of readings in slip and of their slip speeds: fewer are taken as they are.
@@ -14,14 +14,14 @@ const TOLD: usize = 40;
 const ROUNDS: usize = 3;
 
 /// Whether readings have enough slip speeds for a curve.
-fn are_enough(rows: &[&Reading]) -> bool {
+fn are_enough(rows: &[&MeasuredReading]) -> bool {
     let mut speeds: Vec<f64> = rows.iter().map(|row| row.speed).collect();
     speeds.sort_by(f64::total_cmp);
     speeds.dedup();
     rows.len() >= FEWEST && speeds.len() >= FEWEST_SPEEDS
 }
 
-fn fastest(rows: &[&Reading]) -> f64 {
+fn fastest(rows: &[&MeasuredReading]) -> f64 {
     rows.iter().map(|row| row.speed).fold(0.0, f64::max)
 }
 
@@ -36,7 +36,7 @@ impl Measured {
     }
 
     fn of_rows(&self) -> Option<Reduced> {
-        let mut rows: Vec<&Reading> = self.in_slip.iter().collect();
+        let mut rows: Vec<&MeasuredReading> = self.in_slip.iter().collect();
         let is_constant = rows.windows(2).all(|pair| pair[0].friction == pair[1].friction);
         let is_exact = self.in_slip.iter().any(|row| row.error == 0.0);
         if self.is_law || is_constant || is_exact || !are_enough(&rows) {
@@ -57,7 +57,7 @@ impl Measured {
             return Some(self.curve(&forward, last, None).mean(self.curve(&backward, last, None)));
         }
         // One curve for both, which differ by the same share at all speeds: that of their mean.
-        let sign = |row: &Reading| if row.backward { -1.0 } else { 1.0 };
+        let sign = |row: &MeasuredReading| if row.backward { -1.0 } else { 1.0 };
         let last = ends[0].max(ends[1]);
         let mut aside: Vec<f64> = rows.iter().map(|row| sign(row) * row.friction).collect();
         let mut curve = self.curve(&rows, last, Some(&aside));
@@ -75,8 +75,8 @@ impl Measured {
         at.filter(|speed| *speed <= last).collect()
     }
 
-    fn curve(&self, rows: &[&Reading], last: f64, aside: Option<&[f64]>) -> Reduced {
-        let of = |value: fn(&Reading) -> f64| rows.iter().map(|row| value(row)).collect::<Vec<f64>>();
+    fn curve(&self, rows: &[&MeasuredReading], last: f64, aside: Option<&[f64]>) -> Reduced {
+        let of = |value: fn(&MeasuredReading) -> f64| rows.iter().map(|row| value(row)).collect::<Vec<f64>>();
         let (speeds, friction, errors) = (of(|row| row.speed), of(|row| row.friction), of(|row| row.error));
         let mut visits = Vec::new();
         for (i, row) in rows.iter().enumerate() {

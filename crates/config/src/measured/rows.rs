@@ -3,7 +3,7 @@
 
 use super::columns::{self, Columns, Header};
 use super::text::{self, Decimal, Fields, Line};
-use super::{Direction, How, Kind, Measured, Reading, Refused, slopes};
+use super::{Direction, How, Measured, MeasuredReading, Refused, RowKind, slopes};
 use slipmap_fit::breakaway;
 use slipmap_numbers::text::rounded;
 
@@ -31,7 +31,7 @@ const AT_REST: [&str; 8] =
     ["static", "rest", "at rest", "breakaway", "stiction", "mu_s", "haften", "static friction"];
 
 /// A row as written: a reading whose speed has its sign.
-type Row = Reading;
+type Row = MeasuredReading;
 
 pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refused> {
     let How { machine, kind, direction, chosen } = how;
@@ -60,7 +60,7 @@ pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refus
         said.push("friction has no unit and is read as a coefficient".into());
     }
     let is_record = match kind {
-        Some(kind) => kind == Kind::Record,
+        Some(kind) => kind == RowKind::Record,
         None => is_record(&rows, columns.time.is_some(), in_time),
     };
     if columns.time.is_some() && !is_record && kind.is_none() && rows.len() >= FEWEST_IN_RECORD {
@@ -84,7 +84,7 @@ pub(super) fn read(name: &str, bytes: &[u8], how: How) -> Result<Measured, Refus
         in_slip,
         has_errors: columns.error.is_some(),
         is_record,
-        is_law: machine.is_none() || kind == Some(Kind::Rows),
+        is_law: machine.is_none() || kind == Some(RowKind::Rows),
         error_of_speed,
         forces: columns.forces,
         normal_force: None,
@@ -452,20 +452,20 @@ fn part(
     is_record: bool,
     noise: f64,
     said: &mut Vec<String>,
-) -> Result<(Vec<Reading>, Vec<Reading>), Refused> {
+) -> Result<(Vec<MeasuredReading>, Vec<MeasuredReading>), Refused> {
     if !is_record {
         return Ok(rows.into_iter().partition(|row| row.speed == 0.0));
     }
     // While it sticks the friction is what pulls; it breaks loose as the phase ends, but for one that goes on at the end of the
     // record.
-    let (mut at_rest, mut in_slip): (Vec<Reading>, Vec<Reading>) = (Vec::new(), Vec::new());
+    let (mut at_rest, mut in_slip): (Vec<MeasuredReading>, Vec<MeasuredReading>) = (Vec::new(), Vec::new());
     let last = rows.last().map_or(0, |row| row.line);
     for phase in rows.chunk_by(|one, next| (one.speed <= noise) == (next.speed <= noise)) {
         match phase {
             [row, ..] if row.speed > noise => in_slip.extend(phase),
             [.., row] if row.line < last => {
                 let samples: Vec<f64> = phase.iter().map(|row| row.friction).collect();
-                at_rest.push(Reading { speed: 0.0, friction: breakaway(&samples), ..*row });
+                at_rest.push(MeasuredReading { speed: 0.0, friction: breakaway(&samples), ..*row });
             }
             _ => {}
         }

@@ -1,6 +1,6 @@
 //! Speeds as slopes of positions over time.
 
-use super::Reading;
+use super::MeasuredReading;
 
 /// Numbers of rows before and after the one of which the speed is the slope, that are tried.
 const HALF_WIDTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
@@ -49,7 +49,10 @@ fn scatter(runs: &[(Vec<f64>, Vec<f64>)]) -> f64 {
 /// A slope over more rows has less scatter, and more of what the motion does meanwhile. Of nested widths the mean square of the
 /// difference is that of the biases and, for independent errors, the difference of the two variances: the number of rows is
 /// that of the least sum of bias and variance (Mallows, Technometrics 15, 1973).
-pub(super) fn speeds(rows: Vec<Reading>, times: &[f64]) -> Option<(Vec<Reading>, usize, f64)> {
+pub(super) fn speeds(
+    rows: Vec<MeasuredReading>,
+    times: &[f64],
+) -> Option<(Vec<MeasuredReading>, usize, f64)> {
     // Runs may be joined.
     let mut ends: Vec<usize> = (1..rows.len()).filter(|i| !(times[*i] > times[i - 1])).collect();
     ends.push(rows.len());
@@ -91,19 +94,19 @@ pub(super) fn speeds(rows: Vec<Reading>, times: &[f64]) -> Option<(Vec<Reading>,
     let (half, bias, own) =
         costs.into_iter().min_by(|one, other| (one.1 + one.2).total_cmp(&(other.1 + other.2)))?;
     let error = (bias + own).sqrt();
-    let mut found: Vec<Reading> = Vec::new();
+    let mut found: Vec<MeasuredReading> = Vec::new();
     for (of, (times, positions)) in runs.iter().zip(&data) {
         let slopes = slopes(times, positions, half);
         let inner = &rows[of.start + half..of.end - half];
-        let with_speed = inner.iter().zip(slopes).map(|(row, [speed, _])| Reading { speed, ..*row });
-        let all: Vec<Reading> = with_speed.collect();
+        let with_speed = inner.iter().zip(slopes).map(|(row, [speed, _])| MeasuredReading { speed, ..*row });
+        let all: Vec<MeasuredReading> = with_speed.collect();
         for phase in
             all.chunk_by(|one, next| (one.speed.abs() > SURE * error) == (next.speed.abs() > SURE * error))
         {
             if phase[0].speed.abs() > SURE * error {
                 found.extend(phase);
             } else if phase.len() > 2 * half {
-                found.extend(phase.iter().map(|row| Reading { speed: 0.0, ..*row }));
+                found.extend(phase.iter().map(|row| MeasuredReading { speed: 0.0, ..*row }));
             }
         }
     }
@@ -127,13 +130,20 @@ mod tests {
             let row = |(i, t): (usize, &f64)| {
                 let x = 0.3 / std::f64::consts::TAU * (1.0 - phase(*t).cos()) + noise * random.normal();
                 let x = (x / step).round() * step;
-                Reading { speed: x, friction: 1.0, error: f64::NAN, line: i, visit: 0, backward: false }
+                MeasuredReading {
+                    speed: x,
+                    friction: 1.0,
+                    error: f64::NAN,
+                    line: i,
+                    visit: 0,
+                    backward: false,
+                }
             };
-            let rows: Vec<Reading> = times.iter().enumerate().map(row).collect();
+            let rows: Vec<MeasuredReading> = times.iter().enumerate().map(row).collect();
             let (found, width, error) = speeds(rows, &times).unwrap();
             assert!(found.len() > 2600, "{}", found.len());
-            let of = |row: &Reading| row.speed - speed(times[row.line]);
-            let slips: Vec<&Reading> = found.iter().filter(|row| row.speed != 0.0).collect();
+            let of = |row: &MeasuredReading| row.speed - speed(times[row.line]);
+            let slips: Vec<&MeasuredReading> = found.iter().filter(|row| row.speed != 0.0).collect();
             let off = (slips.iter().map(|row| of(row).powi(2)).sum::<f64>() / slips.len() as f64).sqrt();
             println!("{noise} {step}: {width} rows, off by {off:.2e}, told {error:.2e}");
             // Where it comes to rest two rows of exact positions are off by half of what it slows down in one; those of coarse ones

@@ -1,6 +1,6 @@
 //! Measured friction as a law: readings reduced to a curve, few of them averaged, and the friction at rest.
 
-use super::{Measured, Reading};
+use super::{Measured, MeasuredReading};
 use slipmap_fit::{Reduced, widening};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Source, Table};
 
@@ -40,7 +40,7 @@ const SURE: f64 = 2.0;
 type Told = (String, String);
 
 /// Slip speeds and friction.
-fn pairs(rows: &[Reading]) -> Vec<(f64, f64)> {
+fn pairs(rows: &[MeasuredReading]) -> Vec<(f64, f64)> {
     rows.iter().map(|row| (row.speed, row.friction)).collect()
 }
 
@@ -100,7 +100,7 @@ impl Measured {
     }
 
     /// The friction at rest, and the readings at slip speed 0 at which friction in slip begins.
-    fn rest(&self, level: Level) -> Result<(Level, Vec<Reading>), Told> {
+    fn rest(&self, level: Level) -> Result<(Level, Vec<MeasuredReading>), Told> {
         let mut onset = self.at_rest.clone();
         let repeated = self.in_slip.windows(2).any(|rows| rows[0].speed == rows[1].speed);
         if let [one, other] = onset[..]
@@ -134,8 +134,8 @@ impl Measured {
     }
 
     /// The rows of the law, with NaN for unknown standard errors.
-    fn averaged(&self, onset: &[Reading]) -> Vec<Reading> {
-        let row = |speed, friction, error, line| Reading {
+    fn averaged(&self, onset: &[MeasuredReading]) -> Vec<MeasuredReading> {
+        let row = |speed, friction, error, line| MeasuredReading {
             speed,
             friction,
             error,
@@ -143,7 +143,7 @@ impl Measured {
             visit: 0,
             backward: false,
         };
-        let all: Vec<Reading> = onset.iter().chain(&self.in_slip).copied().collect();
+        let all: Vec<MeasuredReading> = onset.iter().chain(&self.in_slip).copied().collect();
         if self.has_errors {
             return all.chunk_by(|one, next| one.speed == next.speed).map(weighted).collect();
         }
@@ -158,7 +158,7 @@ impl Measured {
         &self,
         mut curve: Reduced,
         level: Level,
-        onset: &[Reading],
+        onset: &[MeasuredReading],
         mut said: Vec<String>,
     ) -> Result<Table, Told> {
         let told = |friction: f64, error: f64| slipmap_numbers::text::with_error(friction, error);
@@ -220,14 +220,14 @@ impl Measured {
     }
 
     /// Whether readings at rest are of both directions of slip if those in slip are: else they say nothing of the mean.
-    fn is_of_both(&self, onset: &[Reading]) -> bool {
-        let has = |rows: &[Reading], backward: bool| rows.iter().any(|row| row.backward == backward);
+    fn is_of_both(&self, onset: &[MeasuredReading]) -> bool {
+        let has = |rows: &[MeasuredReading], backward: bool| rows.iter().any(|row| row.backward == backward);
         [false, true].into_iter().all(|of| has(onset, of) || !has(&self.in_slip, of))
     }
 
     /// The mean of readings at rest with its standard error, two of which are those of 95 %; that of a single one is the
     /// `scatter` in slip.
-    pub(super) fn at_breakaway(&self, onset: &[Reading], scatter: f64) -> Option<[f64; 2]> {
+    pub(super) fn at_breakaway(&self, onset: &[MeasuredReading], scatter: f64) -> Option<[f64; 2]> {
         let count = onset.len() as f64;
         if self.has_errors && !onset.is_empty() {
             let one = weighted(onset);
@@ -247,7 +247,7 @@ impl Measured {
     /// rest where that is less, which is exact. Returns whether it is the line.
     fn continue_to_rest(
         &self,
-        rows: &mut Vec<Reading>,
+        rows: &mut Vec<MeasuredReading>,
         level: Level,
         said: &mut Vec<String>,
     ) -> Result<bool, Told> {
@@ -275,25 +275,25 @@ impl Measured {
             "no row at rest: friction in slip begins at {}, on the line through the two slowest",
             slipmap_numbers::text::rounded(friction, 4)
         ));
-        rows.insert(0, Reading { speed: 0.0, friction, error, ..near });
+        rows.insert(0, MeasuredReading { speed: 0.0, friction, error, ..near });
         Ok(is_line)
     }
 }
 
 /// The mean of readings with standard errors, weighted by these.
-fn weighted(same: &[Reading]) -> Reading {
+fn weighted(same: &[MeasuredReading]) -> MeasuredReading {
     if let [one] = same {
         return *one;
     }
     if same.iter().any(|row| row.error == 0.0) {
-        let exact: Vec<&Reading> = same.iter().filter(|row| row.error == 0.0).collect();
+        let exact: Vec<&MeasuredReading> = same.iter().filter(|row| row.error == 0.0).collect();
         let friction = exact.iter().map(|row| row.friction).sum::<f64>() / exact.len() as f64;
-        return Reading { friction, error: 0.0, ..same[0] };
+        return MeasuredReading { friction, error: 0.0, ..same[0] };
     }
     let weights = || same.iter().map(|row| row.error.powi(-2));
     let total: f64 = weights().sum();
     let mean = same.iter().zip(weights()).map(|(row, weight)| weight * row.friction).sum::<f64>() / total;
-    Reading { friction: mean, error: total.powf(-0.5), ..same[0] }
+    MeasuredReading { friction: mean, error: total.powf(-0.5), ..same[0] }
 }
 
 /// The means of the readings at each slip speed.

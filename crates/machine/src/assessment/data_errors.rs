@@ -416,7 +416,7 @@ mod tests {
     /// Orbits of the fastest belts leave the data. The highest belt speed has its error where its own orbit does not, and
     /// else the page says how far to measure.
     #[test]
-    fn a_belt_speed_within_the_data_has_its_error_and_one_beyond_them_a_remedy() {
+    fn speeds_within_the_data_have_errors_others_a_remedy() {
         let at = |speed: f64| {
             let model = machine(&DATA, 1.0).with("belt_speed", speed).unwrap().model().unwrap();
             let critical = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.damping;
@@ -437,7 +437,7 @@ mod tests {
     /// belts, too, by the curve or within the errors; at 1.96 errors from it on either side the critical damping is as
     /// many of its own from the working one, though its slope changes.
     #[test]
-    fn the_end_of_a_window_of_slow_belts_has_no_error_where_faster_ones_are_open() {
+    fn a_window_below_open_speeds_ends_without_error() {
         let data =
             [(0.0, 0.42), (0.001, 0.4), (0.03, 0.4), (0.06, 0.33), (0.12, 0.29), (0.2, 0.28), (0.3, 0.28)];
         let of = |damping: f64, error: f64| {

@@ -6,7 +6,7 @@ use slipmap_column::{critical_damping, sensitivity};
 
 /// The sensitivity of the critical damping to a quantity of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Sensitivity {
+pub struct QuantitySensitivity {
     /// Name of the quantity, as in configurations.
     pub quantity: &'static str,
     /// Per cent by which the critical damping (in N s/m) changes when the quantity grows by one per cent; NaN
@@ -18,7 +18,7 @@ pub struct Sensitivity {
 
 /// The weight of one range of slip speeds in the critical damping.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Influence {
+pub struct SpeedInfluence {
     /// Slip speed, m/s: the middle of one of the equal ranges from 0 to the largest slip speed on the orbit.
     pub slip_speed: f64,
     /// Share of the weight in this range; the shares add up to 1.
@@ -36,12 +36,12 @@ const LARGEST_ERROR: f64 = 0.01;
 ///
 /// The error is that of the critical dampings over the step, and the difference of the two differences, on either
 /// side or, next to a limit of the quantity, on one: far more than the error of their slope where the critical damping is smooth, and its own at a corner.
-pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
+pub fn sensitivities(machine: &Machine) -> Vec<QuantitySensitivity> {
     sensitivities_to(machine, |_| true)
 }
 
 /// As [`sensitivities`], with respect to those quantities that are `wanted`.
-pub fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool) -> Vec<Sensitivity> {
+pub fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool) -> Vec<QuantitySensitivity> {
     let critical = |machine: &Machine, accuracy: f64| -> Option<[f64; 2]> {
         let model = machine.model()?;
         let column = model.column();
@@ -67,7 +67,7 @@ pub fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool) -> Vec
             let sides = 2.0 * (slope_a - slope_b) / (b - a);
             let error = of_three / ((b - a).abs() * step * here) + (sides / (step * here)).abs();
             let is_known = error <= LARGEST_ERROR * value.abs().max(1.0);
-            Some(Sensitivity {
+            Some(QuantitySensitivity {
                 quantity,
                 critical_damping: if is_known { value } else { f64::NAN },
                 critical_damping_error: error,
@@ -87,11 +87,11 @@ pub fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool) -> Vec
 const PARTS: usize = 40;
 
 /// The weights of slip speeds on the grazing orbit at the critical damping; `None` where they are unknown.
-pub(super) fn influence(model: &Model) -> Option<Vec<Influence>> {
+pub(super) fn influence(model: &Model) -> Option<Vec<SpeedInfluence>> {
     let parts = sensitivity::influence(&model.column(), PARTS).ok()?;
     let velocity = model.si.velocity;
     let of_machine = parts
         .into_iter()
-        .map(|part| Influence { slip_speed: 0.5 * (part.from + part.to) * velocity, share: part.share });
+        .map(|part| SpeedInfluence { slip_speed: 0.5 * (part.from + part.to) * velocity, share: part.share });
     Some(of_machine.collect())
 }

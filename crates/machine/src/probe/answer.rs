@@ -8,9 +8,9 @@ use crate::method_answer::{MethodAnswer, of_test};
 use crate::second_opinion::{Opinion, Witness};
 use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
 use slipmap_column::crossing::{CrossingCycles, crossing_cycles, stick_slip_cycle};
-use slipmap_column::limits::{Limit, Ray};
+use slipmap_column::limits::{EpsilonLimit, NoEpsilonLimit, Ray};
 use slipmap_column::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
-use slipmap_column::slip_cycle::Unknown;
+use slipmap_column::slip_cycle::CyclesUnknown;
 use slipmap_column::{
     BasinBoundary, Behaviour, Change, ChangeKind, CriticalDamping, Method, NoCriticalDamping, Regime,
     SticksFrom, Verdict,
@@ -48,7 +48,7 @@ pub struct Answer {
     /// The long-run behaviour.
     pub regime: Regime,
     /// The cycles that slip all the time below the belt line, by growing amplitude.
-    pub slip: Result<Vec<Cycle>, Unknown>,
+    pub slip: Result<Vec<Cycle>, CyclesUnknown>,
     /// The attracting cycle; `None` where there is none.
     pub cycle: Option<Cycle>,
     /// The edge of its basin; `None` where it attracts from every start.
@@ -224,13 +224,13 @@ impl Answer {
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters
     /// fixed. Takes much longer than all other answers; without `slow`, which is `validated` and the naive
     /// methods, a fifth of that.
-    pub fn limits(&self, slow: bool) -> Vec<Limit> {
+    pub fn limits(&self, slow: bool) -> Vec<EpsilonLimit> {
         let ray = Ray::new(&self.law, &self.point, self.tolerance);
         let is_slow =
             |method| matches!(method, Method::Direct | Method::Naive(..)) || method == Method::validated();
         let limit = |method| match slow || !is_slow(method) {
             true => ray.limit(method),
-            false => Limit::Unknown(slipmap_column::limits::Unknown::NotSought),
+            false => EpsilonLimit::Unknown(NoEpsilonLimit::NotSought),
         };
         self.methods.iter().map(|answer| limit(answer.method)).collect()
     }
@@ -265,10 +265,13 @@ impl Answer {
 
     /// The reason why cycles are unknown; where their orbits leave the data of a measured law, how far those
     /// should reach.
-    pub fn why_unknown(&self, why: Unknown) -> String {
+    pub fn why_unknown(&self, why: CyclesUnknown) -> String {
         match why {
-            Unknown::Orbit(failure) => beyond_data_or(failure, &self.law, &self.point),
-            Unknown::TooClose | Unknown::NotClosed | Unknown::Neutral | Unknown::FarOut => why.to_string(),
+            CyclesUnknown::Orbit(failure) => beyond_data_or(failure, &self.law, &self.point),
+            CyclesUnknown::TooClose
+            | CyclesUnknown::NotClosed
+            | CyclesUnknown::Neutral
+            | CyclesUnknown::FarOut => why.to_string(),
         }
     }
 

@@ -15,11 +15,11 @@ pub use result::{BistableBand, MachineResult, Probe};
 
 use crate::Machine;
 use crate::assessment::StandardErrors;
-use crate::behaviour::{Behaviour, growth_time};
+use crate::behaviour::{MachineBehaviour, growth_time};
 use slipmap_certify::slip_count::SlipCount;
 use slipmap_column::critical::is_known;
 use slipmap_column::sensitivity::{NoSensitivity, Sensitivity};
-use slipmap_column::slip_cycle::Unknown;
+use slipmap_column::slip_cycle::CyclesUnknown;
 use slipmap_column::{
     Change, CriticalDamping, Neighbour, NoCriticalDamping, Regime, crossing_separates, separates,
 };
@@ -194,7 +194,7 @@ impl Cycles {
             _ => stick_slip.as_ref().err().copied(),
         };
         let reasons = [
-            ("stick-slip cycle", no_stick_slip.map(Unknown::Orbit)),
+            ("stick-slip cycle", no_stick_slip.map(CyclesUnknown::Orbit)),
             ("slip cycles", slip.as_ref().err().copied()),
             ("crossing cycles", crossing.unknown),
         ];
@@ -244,7 +244,7 @@ impl From<&SlipCount> for SlipCountResult {
 impl MachineResult {
     /// Converts the behaviour of `machine`; the `errors` of its friction may leave its regime open.
     #[must_use]
-    pub fn new(machine: &Machine, behaviour: &Behaviour, errors: Option<&StandardErrors>) -> Self {
+    pub fn new(machine: &Machine, behaviour: &MachineBehaviour, errors: Option<&StandardErrors>) -> Self {
         let [slip_time, stick_time] =
             behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
         Self {

@@ -1,6 +1,7 @@
 //! The typed result about one point: its parts and their serialisation.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use serde::Serialize as _;
 
@@ -11,15 +12,17 @@ use slipmap_model::friction::Range;
 use slipmap_orbits::Cycle;
 
 /// All answers about one point; `slipmap probe --json` prints its serialised form.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Probe {
     pub(crate) law: &'static str,
     /// Each axis of the law with its value, in the order of a map's dimensions.
     #[serde(serialize_with = "as_map")]
+    #[schemars(with = "BTreeMap<&str, f64>")]
     pub(crate) point: Vec<(&'static str, f64)>,
     /// Requested bound on the error of the scaled grazing margin m / V of the simulation.
     pub(crate) tolerance: f64,
     #[serde(serialize_with = "as_map")]
+    #[schemars(with = "BTreeMap<&str, MethodResult>")]
     pub(crate) methods: Vec<(&'static str, MethodResult)>,
     /// The orbit from the exit point by both engines.
     pub(crate) flow: Flows,
@@ -54,13 +57,14 @@ pub struct Probe {
     pub machine: Option<MachineResult>,
 }
 
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct MethodResult {
     /// "present", "absent", "undecided" or "failed".
     pub(crate) verdict: &'static str,
     /// Signed distance in c to the edge of presence, -infinity where the method claims none;
     /// NaN where there is none.
     #[serde(serialize_with = "with_infinities")]
+    #[schemars(with = "Option<f64>")]
     pub(crate) margin: f64,
     /// The edge of presence in c; `None` where there is none at c >= 0, or none that is known to 1 %.
     pub(crate) critical_c: Option<f64>,
@@ -81,7 +85,7 @@ pub(crate) struct MethodResult {
 }
 
 /// The orbit from the exit point by both engines.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct Flows {
     pub(crate) arcs: FlowResult,
     /// By integration in (x1, x2).
@@ -89,16 +93,18 @@ pub(crate) struct Flows {
 }
 
 /// The orbit from the exit point by one engine.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct FlowResult {
     /// "sticks", "spirals_inward", "crosses_forever", "too_close_to_call" or "failed".
     pub(crate) fate: &'static str,
     /// The verdict that follows from this fate.
     pub(crate) verdict: &'static str,
     /// The scaled grazing margin m / V; NaN where the flow has none.
+    #[schemars(with = "Option<f64>")]
     pub(crate) margin: f64,
     /// Estimate of the absolute error of `margin`; NaN where there is none.
     #[serde(serialize_with = "with_infinities")]
+    #[schemars(with = "Option<f64>")]
     pub(crate) margin_error: f64,
     /// Evaluations of the right-hand side.
     pub(crate) rhs: u64,
@@ -109,7 +115,7 @@ pub(crate) struct FlowResult {
 }
 
 /// Place and times of sticking.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct LandingResult {
     /// x1 at which the mass begins to stick.
     pub(crate) x1: f64,
@@ -123,7 +129,7 @@ pub(crate) struct LandingResult {
 }
 
 /// The critical damping of a column.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct CriticalResult {
     /// c*; negative where no legal damping is small enough for a cycle. `None` where it is not known to 1 %.
     pub(crate) value: Option<f64>,
@@ -137,10 +143,11 @@ pub(crate) struct CriticalResult {
 }
 
 /// Derivatives of the critical damping.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct SensitivityResult {
     /// By each axis but the damping, in the order of a map's dimensions; empty if they are unknown.
     #[serde(serialize_with = "as_map")]
+    #[schemars(with = "BTreeMap<&str, Estimate>")]
     pub(crate) derivatives: Vec<(&'static str, Estimate)>,
     /// The standard error of the critical damping, of a table with standard errors.
     pub(crate) standard_error: Option<Estimate>,
@@ -149,7 +156,7 @@ pub(crate) struct SensitivityResult {
 }
 
 /// The state of steady slip.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct Equilibrium {
     pub(crate) x1: f64,
     /// Velocity, 0.
@@ -163,14 +170,14 @@ pub(crate) struct Equilibrium {
     pub(crate) growth_time: Option<f64>,
 }
 
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct Complex {
     pub(crate) re: f64,
     pub(crate) im: f64,
 }
 
 /// The stick segment: from_x1 < x1 < to_x1 on the line x2.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct SlidingSegment {
     /// The end at which the upper field is tangent.
     pub(crate) from_x1: f64,
@@ -179,7 +186,7 @@ pub(crate) struct SlidingSegment {
     pub(crate) x2: f64,
 }
 
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct State {
     pub(crate) x1: f64,
     /// Velocity.
@@ -187,7 +194,7 @@ pub(crate) struct State {
 }
 
 /// A damping at which the behaviour changes.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct ChangeResult {
     /// "hopf", "fold", "unresolved", "grazing", "return" (the critical damping), "crossing" or "far_crossing".
     pub(crate) kind: &'static str,
@@ -202,7 +209,7 @@ pub(crate) struct ChangeResult {
 }
 
 /// The dampings c >= 0 between which steady slip and stick-slip both attract.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct BistableBand {
     /// Damping above which the equilibrium is stable and the orbit from the exit point sticks; `None` where it is not
     /// known to 1 %.
@@ -218,7 +225,7 @@ pub struct BistableBand {
 }
 
 /// A cycle with its stability.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct StabilityResult {
     /// Whether it attracts.
     pub(crate) stable: bool,
@@ -241,7 +248,7 @@ pub(crate) struct StabilityResult {
 }
 
 /// The edge of a basin, and the kicks of steady slip onto it.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct BasinBoundary {
     /// The attractors of orbits just inside it and just outside it.
     pub(crate) separates: [&'static str; 2],
@@ -252,7 +259,7 @@ pub(crate) struct BasinBoundary {
 }
 
 /// All cycles; `None` for those of a kind that could not be followed.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct Cycles {
     /// `None` also where there is none.
     pub(crate) stick_slip: Option<StabilityResult>,
@@ -269,7 +276,7 @@ pub(crate) struct Cycles {
 }
 
 /// Proved bounds on the number of slip cycles.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub(crate) struct SlipCountResult {
     /// The number, where it is proved.
     pub(crate) proved: Option<u32>,
@@ -281,7 +288,7 @@ pub(crate) struct SlipCountResult {
 }
 
 /// Behaviour of a machine, in SI units (for a rotation: rad for m, N m for N, kg m^2 for kg).
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct MachineResult {
     /// "translation" or "rotation".
     pub(crate) motion: &'static str,

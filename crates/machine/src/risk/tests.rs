@@ -95,7 +95,7 @@ fn a_rare_damping_next_to_zero_has_its_probability() {
 
 /// The draws that are legal depend on the damping, and so does their number in a probability.
 #[test]
-fn limits_of_a_rare_damping_count_the_draws_that_it_makes_illegal() {
+fn rare_dampings_count_the_draws_made_illegal() {
     let machine = machine(Law::Exponential);
     let critical = critical(&machine);
     let machine = machine.with("damping", critical).unwrap();
@@ -164,7 +164,7 @@ fn measured_machine() -> (Machine, Vec<(f64, f64)>, Vec<f64>) {
 }
 
 #[test]
-fn measured_friction_is_as_uncertain_as_tables_of_other_measurements() {
+fn friction_is_as_uncertain_as_other_measurements() {
     let (machine, data, errors) = measured_machine();
     let nominal = critical(&machine);
     let machine = machine.with("damping", 1.01 * nominal).unwrap();

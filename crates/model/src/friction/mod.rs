@@ -308,7 +308,9 @@ impl Law {
             }
             Law::Table(table) => {
                 let head = format!("{}{} {}", table.static_level(), above(table.may_drop()), table.origin());
-                std::iter::once(head).chain(table.rows().map(|row| format!("\n{row}"))).collect()
+                let known = table.known();
+                let lines = std::iter::once(head).chain(table.rows()).chain(known);
+                lines.collect::<Vec<_>>().join("\n")
             }
             Law::Function(law) => law.definition(),
             _ => String::new(),
@@ -354,7 +356,11 @@ impl Law {
             }
             TABLE => {
                 let (mut data, mut errors) = (Vec::new(), Vec::new());
-                for line in rest.lines() {
+                let (rows, known) = match rest.rsplit_once('\n') {
+                    Some((rows, known)) if known.starts_with('{') => (rows, Some(known)),
+                    _ => (rest, None),
+                };
+                for line in rows.lines() {
                     let mut numbers = line.split(',').map(str::parse);
                     data.push((numbers.next()?.ok()?, numbers.next()?.ok()?));
                     errors.push(numbers.collect::<Result<Vec<f64>, _>>().ok()?);
@@ -367,11 +373,12 @@ impl Law {
                     Some(origin) => Table::with_static(origin, &data, level).ok()?,
                     None => Table::new(origin, &data, level).ok()?,
                 };
-                Some(Law::Table(match own.len() {
+                let table = match own.len() {
                     0 => table,
                     1 => table.with_root_of_covariance(errors).ok()?,
                     _ => table.with_standard_errors(&own).ok()?,
-                }))
+                };
+                Some(Law::Table(known.map_or(Some(table.clone()), |known| table.with_known(known))?))
             }
             _ => None,
         }

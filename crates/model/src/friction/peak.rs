@@ -130,7 +130,7 @@ mod tests {
 
     /// The corner is that of the slip speed, whose unit is another one; a kink is refused.
     #[test]
-    fn the_larger_one_of_the_slip_speed_and_a_number_has_a_corner_there() {
+    fn max_of_slip_speed_and_a_number_has_a_corner() {
         let law = Expression::new("2 - exp(-(max(u, 0.5) - 0.5)^2)", 1.0).unwrap();
         let none = LawParameters::new(&[]);
         let in_units = law.in_units(4.0, 1.0);

@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::{NO_REST, REST_AT_PEAK, Range, mean};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
@@ -67,7 +69,7 @@ struct Cubics {
 }
 
 /// What is known of the file of measured data.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Source {
     /// The line of each datum; 0 for a mean of many, empty for data that are not from a file.
     pub lines: Vec<usize>,
@@ -81,6 +83,13 @@ pub struct Source {
     pub no_rest: bool,
     /// Whether the file names the column of the standard errors, which otherwise is the third one.
     pub named_errors: bool,
+}
+
+/// What a definition says of a table beside its data.
+#[derive(Serialize, Deserialize)]
+struct Known {
+    source: Source,
+    curve_errs: bool,
 }
 
 /// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0: these coefficients.
@@ -199,6 +208,20 @@ impl Table {
     /// The same table with what is known of its file.
     pub fn with_source(&self, source: Source) -> Self {
         Self(Arc::new(Cubics { source, ..Cubics::clone(&self.0) }))
+    }
+
+    /// What is known beside the data, as text; `None` where nothing is.
+    pub(super) fn known(&self) -> Option<String> {
+        let Cubics { u, source, curve_errs, .. } = &*self.0;
+        let nothing = Source { readings: u.len(), ..Source::default() };
+        let known = Known { source: source.clone(), curve_errs: *curve_errs };
+        (known.curve_errs || known.source != nothing).then(|| serde_json::to_string(&known).ok()).flatten()
+    }
+
+    /// The same table with what [`Table::known`] told; `None` if the text is none.
+    pub(super) fn with_known(&self, text: &str) -> Option<Self> {
+        let Known { source, curve_errs } = serde_json::from_str(text).ok()?;
+        Some(Self(Arc::new(Cubics { source, curve_errs, ..Cubics::clone(&self.0) })))
     }
 
     /// What is known of its file.

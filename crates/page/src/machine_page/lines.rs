@@ -6,7 +6,7 @@ use super::units::{Unit, Written, with_error};
 use crate::palette;
 use slipmap_figure::text::{Rich, join, rich};
 pub use slipmap_machine::assessment::{Assessment, NeededKick, Undetermined};
-use slipmap_machine::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
+use slipmap_machine::risk::{Risk, Spread, Uncertain, WithError, WithLimits, is_uncertain};
 use slipmap_machine::{AREA, Coefficients, Dimension, Friction, Motion, PRESSURE};
 use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
@@ -477,7 +477,7 @@ pub(crate) fn known_in_words(sticks: Option<bool>, stability: Stability) -> Stri
 /// The probability of stick-slip, and the dampings for given probabilities.
 fn risk_lines(all: &Assessment, written: &Written, risk: &Risk) -> Vec<Line> {
     let unit = Unit::of(&all.machine, written, "damping");
-    let limits = |estimate: &Estimate| {
+    let limits = |estimate: &WithLimits| {
         let [low, high] = estimate.limits.map(|limit| unit.unnamed().number(limit, 4));
         let value = unit.unnamed().number(estimate.value, 4);
         // Draws that hardly differ have limits that do not differ in print.
@@ -539,7 +539,7 @@ pub fn percent(share: f64) -> String {
 }
 
 /// A share in per cent with its limits, where these differ in print.
-pub(super) fn percentage(share: &Estimate) -> String {
+pub(super) fn percentage(share: &WithLimits) -> String {
     let [low, high] = share.limits.map(percent);
     let interval = if low == high { String::new() } else { format!(" ({low} to {high})") };
     format!("{}{interval} %", percent(share.value))

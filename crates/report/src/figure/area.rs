@@ -16,14 +16,14 @@ use slipmap_figure::text::{Rich, rich};
 use slipmap_map::PlaneCurves;
 use slipmap_numbers::text::count;
 use slipmap_page::curves::{EXACT, HALO, Parts, along_curves};
-use slipmap_page::palette::{self, Kind};
+use slipmap_page::palette::{self, CellKind};
 use slipmap_page::units::Label;
 
 /// The values drawn, cell by cell.
 #[derive(Clone, Debug)]
 pub enum Layer {
     /// Codes, with the fill and the name of each.
-    Codes(Array2<i8>, Vec<Kind>),
+    Codes(Array2<i8>, Vec<CellKind>),
     /// Real numbers by colour.
     Reals(Array2<f64>),
 }

@@ -25,7 +25,7 @@ use slipmap_machine::Friction;
 use slipmap_map::dataset::auxiliary::{PROBABILITIES, PROBABILITY};
 use slipmap_map::{Field, Plane, PlaneCurves};
 use slipmap_numbers::text::short;
-use slipmap_page::palette::{Kind, kinds};
+use slipmap_page::palette::{CellKind, kinds};
 use slipmap_page::units::kind_of_variable;
 
 /// Values of fixed axes, by name, in the units of the view.
@@ -551,7 +551,7 @@ impl Context<'_> {
         let map = self.view.map;
         let axis = &map.grid().axes()[self.x];
         let x_label = self.view.axis(axis);
-        let mut kinds_of_all: Vec<Kind> = Vec::new();
+        let mut kinds_of_all: Vec<CellKind> = Vec::new();
         let mut strips = Vec::new();
         let mut all = Vec::new();
         for line in lines {

@@ -17,7 +17,7 @@ use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::Axis;
-use slipmap_page::palette::{self, Kind};
+use slipmap_page::palette::{self, CellKind};
 use slipmap_page::units::Label;
 
 /// Largest number of eps with slices of their own.
@@ -28,9 +28,9 @@ const WRONG_PRESENCE: i8 = 10;
 const WRONG_ABSENCE: i8 = 11;
 
 /// The kinds of cells in the panel of a method, in the order of the legend.
-fn claims() -> Vec<Kind> {
+fn claims() -> Vec<CellKind> {
     let wrong =
-        |code: i8, fill: Fill, words: &'static str| Kind { code, name: "", fill, words: words.into() };
+        |code: i8, fill: Fill, words: &'static str| CellKind { code, name: "", fill, words: words.into() };
     let [present, absent, undecided, failed, not_computed] =
         [Verdict::Present, Verdict::Absent, Verdict::Undecided, Verdict::Failed, Verdict::NotComputed]
             .map(palette::verdict);

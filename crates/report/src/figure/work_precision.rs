@@ -13,7 +13,7 @@ use slipmap_figure::text::join;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_page::palette;
 use slipmap_page::units::UnitSystem;
-use slipmap_study::benchmark::{Kind, Row, Study};
+use slipmap_study::benchmark::{ContestantKind, Row, Study};
 
 /// The front, drawn below everything else.
 const FRONT: Stroke = Stroke::solid(style::LIGHT_GREY, 2.6);
@@ -37,11 +37,13 @@ fn lines(study: &Study) -> Vec<Line<'_>> {
             Some(line) => line.rows.push(row),
             None => {
                 let style = match row.kind {
-                    Kind::Peer => {
+                    ContestantKind::Peer => {
                         peers += 1;
                         style::numbered(peers - 1)
                     }
-                    Kind::ClosedForm | Kind::Engine | Kind::Naive => palette::method(&row.name),
+                    ContestantKind::ClosedForm | ContestantKind::Engine | ContestantKind::Naive => {
+                        palette::method(&row.name)
+                    }
                 };
                 lines.push(Line { name: &row.name, rows: vec![row], style });
             }
@@ -67,7 +69,7 @@ pub fn chart(study: &Study, width: Width) -> Figure {
          Pareto front.",
         study.settings.near
     )))
-    .then(rich(if study.rows.iter().any(|row| row.kind == Kind::Peer) { " Peers are dotted." } else { "" }));
+    .then(rich(if study.rows.iter().any(|row| row.kind == ContestantKind::Peer) { " Peers are dotted." } else { "" }));
     let mut scene = Scene::new(width.points(), 0.0);
     draw(&mut scene, study, width);
     Figure { name: "work-precision".into(), caption, scene, data: Data::default() }

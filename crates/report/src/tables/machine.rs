@@ -4,7 +4,7 @@ use super::super::table::{Cell, Column, Show, Table};
 use super::super::view::View;
 use super::words;
 use slipmap_figure::text::{Rich, rich};
-use slipmap_machine::behaviour::{Behaviour, behaviour};
+use slipmap_machine::behaviour::{MachineBehaviour, behaviour};
 use slipmap_machine::{Dimension, Model};
 use slipmap_map::AxisRole;
 use slipmap_model::point::Point;
@@ -31,7 +31,7 @@ pub(super) fn machine(view: &View) -> Option<Table> {
             point: Point { belt_speed: belt_speed / units.velocity, ..model.point },
             ..model.clone()
         };
-        let does: Behaviour = behaviour(&here, TOLERANCE);
+        let does: MachineBehaviour = behaviour(&here, TOLERANCE);
         let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
         vec![
             Cell::Real(belt_speed),

@@ -13,7 +13,7 @@ use super::cells::Cell;
 named! {
     /// Kind of a contestant, with its name in tables.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Kind {
+    pub enum ContestantKind {
         /// A closed-form test.
         ClosedForm => "closed form",
         /// An engine of this program.
@@ -61,7 +61,7 @@ pub(super) enum Output {
 pub struct Contestant {
     /// The method or engine.
     pub name: &'static str,
-    pub kind: Kind,
+    pub kind: ContestantKind,
     /// Name of its parameter; `None` for a method without one.
     pub(crate) knob: Option<&'static str>,
     pub setting: f64,
@@ -129,10 +129,10 @@ pub fn contestants() -> Vec<Contestant> {
     let fixed =
         |name, kind, solver, output| Contestant { name, kind, knob: None, setting: f64::NAN, solver, output };
     let test = |test: &'static Test| {
-        fixed(test.name, Kind::ClosedForm, Solver::Test(test), Output::CriticalDampings)
+        fixed(test.name, ContestantKind::ClosedForm, Solver::Test(test), Output::CriticalDampings)
     };
     let mut all: Vec<Contestant> = TESTS.iter().map(test).collect();
-    all.push(fixed("validated", Kind::Engine, Solver::Each(validated), Output::CriticalDampings));
+    all.push(fixed("validated", ContestantKind::Engine, Solver::Each(validated), Output::CriticalDampings));
     let engines = [
         ("critical_damping", Solver::Batch(critical_damping), Output::CriticalDampings),
         ("simulation", Solver::Each(simulation), Output::Nothing),
@@ -141,7 +141,7 @@ pub fn contestants() -> Vec<Contestant> {
     for (name, solver, output) in engines {
         for setting in [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14] {
             let knob = Some("tolerance");
-            all.push(Contestant { knob, setting, ..fixed(name, Kind::Engine, solver, output) });
+            all.push(Contestant { knob, setting, ..fixed(name, ContestantKind::Engine, solver, output) });
         }
     }
     for method in NaiveMethod::ALL {
@@ -160,7 +160,7 @@ pub fn contestants() -> Vec<Contestant> {
                 NaiveMethod::EventStep => NaiveKnobs { tolerance: setting, ..knobs },
             };
             let solver = Solver::Naive(method, knobs);
-            let one = fixed(method.name(), Kind::Naive, solver, Output::Nothing);
+            let one = fixed(method.name(), ContestantKind::Naive, solver, Output::Nothing);
             all.push(Contestant { knob: Some(knob), setting, ..one });
         }
     }

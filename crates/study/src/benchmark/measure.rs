@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use super::cells::Cell;
-use super::contestants::{Answer, Contestant, Kind, Output, Solver, closed_form};
+use super::contestants::{Answer, Contestant, ContestantKind, Output, Solver, closed_form};
 use slipmap_column::Verdict;
 use slipmap_map::clock::thread_time;
 use slipmap_model::filippov::Oscillator;
@@ -56,7 +56,7 @@ impl Labels {
 /// The measurements of one contestant at one setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    pub kind: Kind,
+    pub kind: ContestantKind,
     pub name: String,
     /// Name and value of its parameter.
     pub setting: Option<(String, f64)>,

@@ -19,7 +19,7 @@ pub mod reference;
 pub(crate) mod study;
 
 pub use cells::Cell;
-pub use contestants::{Contestant, Kind, contestants};
+pub use contestants::{Contestant, ContestantKind, contestants};
 pub(crate) use measure::measure;
 pub use measure::{Errors, Labels, Row};
 pub use study::Study;

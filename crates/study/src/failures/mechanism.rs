@@ -1,6 +1,6 @@
 //! The mechanisms by which methods fail (theory, "Where methods fail"), and their attribution.
 
-use super::Kind;
+use super::FailureKind;
 use slipmap_certify::{Claim, Decision};
 use slipmap_column::{Method, Verdict};
 use slipmap_model::filippov::Oscillator;
@@ -86,9 +86,9 @@ impl Mechanism {
 }
 
 /// The mechanism by which `method` fails at damping `c` of a column, where the orbit has the given fate.
-pub(super) fn of(method: Method, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mechanism {
+pub(super) fn of(method: Method, column: &Column, c: f64, kind: FailureKind, fate: &Fate) -> Mechanism {
     match method {
-        Method::Test(test) if kind == Kind::Undecided => undecided(&test.claim(column), c),
+        Method::Test(test) if kind == FailureKind::Undecided => undecided(&test.claim(column), c),
         Method::Test(test) => of_test(test.name, column, c, kind, fate),
         Method::Simulation | Method::Direct => Mechanism::Unexplained,
         Method::Naive(naive, knobs) => {
@@ -111,7 +111,7 @@ fn undecided(claim: &Claim, c: f64) -> Mechanism {
 }
 
 /// The mechanism by which a closed-form test answers wrongly.
-fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mechanism {
+fn of_test(name: &str, column: &Column, c: f64, kind: FailureKind, fate: &Fate) -> Mechanism {
     if *fate == Fate::CrossesForever {
         return Mechanism::Overshoot;
     }
@@ -123,8 +123,8 @@ fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mech
     };
     let mended = finite.is_some_and(|test| {
         let wrong = match kind {
-            Kind::WrongPresence => Decision::Present,
-            Kind::WrongAbsence | Kind::Undecided | Kind::Failed => Decision::Absent,
+            FailureKind::WrongPresence => Decision::Present,
+            FailureKind::WrongAbsence | FailureKind::Undecided | FailureKind::Failed => Decision::Absent,
         };
         test.claim(column).decide(c) != wrong
     });

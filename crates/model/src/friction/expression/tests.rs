@@ -269,7 +269,7 @@ fn a_parameter_may_be_the_exponent() {
 
 /// Random sums of terms that cancel: what is accepted is 1 at rest in real numbers, and far loops end.
 #[test]
-fn formulas_that_cancel_are_accepted_only_if_they_are_one_at_rest() {
+fn formulas_that_cancel_must_be_one_at_rest() {
     let mut random = slipmap_numbers::random::Random(46);
     let (mut accepted, mut refused, mut false_ones) = (0, 0, 0);
     for _ in 0..300 {

@@ -169,7 +169,7 @@ fn a_line_to_rest_leaves_the_curve_open() {
     let data = [(0.0, 1.5), (1.0, 1.0), (2.0, 0.5), (3.0, 0.25)];
     let table = Table::new("rows", &data, 1.5).unwrap().with_error_of_curve();
     let table = table.with_source(Source { no_rest: true, ..Source::default() });
-    assert_eq!(table.meets(), []);
+    assert!(table.meets().is_empty());
     let found = table.error_of_curve(&[(0.5, 1.0), (1.5, 2.0)]);
     assert!((found - 3.0 * 0.25 / 1.5 / 12f64.sqrt()).abs() < 1e-15, "{found}");
     let exact = table.with_standard_errors(&[0.0; 4]).unwrap();

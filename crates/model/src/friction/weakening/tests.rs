@@ -171,7 +171,7 @@ fn outside_the_reach_the_law_answers_itself() {
 /// Searches for limits in eps, maps with an axis of eps, and maps and draws of a machine with a formula would otherwise
 /// compile the same law again.
 #[test]
-fn curves_that_differ_in_eps_or_unit_only_share_what_is_compiled() {
+fn curves_of_other_eps_or_unit_share_what_is_compiled() {
     let forms = |law: &Law, parameters: &[f64]| {
         [0.1, 0.2].map(|epsilon| law.curve(epsilon, &LawParameters::new(parameters)).compiled(1.0))
     };
