@@ -129,8 +129,9 @@ const ORDER: [Bifurcation; 5] = [
     Bifurcation::Hopf,
 ];
 
-/// Draws curves into the panel of their plane. The legend names the visible ones. `over_numbers`: over colours, where
-/// black curves have halos too; over regimes they are visible without, and a halo would hide a thin strip between two.
+/// Draws curves into the panel of their plane. The legend names the visible ones, and tells which are incomplete.
+/// `over_numbers`: over colours, where black curves have halos too; over regimes they are visible without, and a halo
+/// would hide a thin strip between two.
 pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend, over_numbers: bool) {
     let places = |bifurcation: Bifurcation| {
         let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
@@ -159,7 +160,9 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
     for bifurcation in ORDER {
         if places(bifurcation).any(|line| line.iter().filter(|p| inner.contains(**p)).count() > 1) {
             let (stroke, words) = line_style(bifurcation);
-            legend.add(Sample::Line(stroke), rich(words));
+            let is_cut = curves.cut.contains(&bifurcation);
+            let note = if is_cut { " (incomplete)" } else { "" };
+            legend.add(Sample::Line(stroke), rich(&format!("{words}{note}")));
         }
     }
 }
@@ -214,6 +217,27 @@ mod tests {
         };
         assert_eq!([false, true].map(|numbers| halos(Bifurcation::Hopf, numbers)), [0, 1]);
         assert_eq!(halos(Bifurcation::Crossing, false), 1);
+    }
+
+    #[test]
+    fn the_legend_tells_which_curves_are_incomplete() {
+        let rect = Rect { x: 0.0, y: 0.0, w: 100.0, h: 100.0 };
+        let panel = Panel { rect, x: Scale::linear(0.0, 1.0), y: Scale::linear(0.0, 1.0) };
+        let curve = |bifurcation: Bifurcation| {
+            let points = [0.1, 0.9].map(|x| PlanePoint { x, y: x, error: 0.0 }).into();
+            PlaneCurve { bifurcation, points }
+        };
+        let told = |cut: Vec<Bifurcation>| {
+            let curves = [Bifurcation::Hopf, Bifurcation::Fold].map(curve).into();
+            let plane = Plane::new(0, 1, vec![0, 0]);
+            let (mut scene, mut legend) = (Scene::new(200.0, 200.0), Legend::default());
+            draw(&mut scene, &panel, &PlaneCurves { plane, curves, cut }, &mut legend, false);
+            legend.below(&mut scene, 0.0, 100.0);
+            let svg = scene.svg("curves", &rich("curves"));
+            ["Hopf curve", "fold curve"].map(|name| svg.contains(&format!("{name} (incomplete)")))
+        };
+        assert_eq!(told(Vec::new()), [false, false]);
+        assert_eq!(told(vec![Bifurcation::Fold]), [false, true]);
     }
 
     /// A line through the panel that leaves it at the top and at the bottom: every finer cell has the code of its side.
