@@ -85,11 +85,11 @@ pub fn along_curves(
         let here = at(across);
         let moved = |i: usize| -> (bool, Vec<(f64, i8)>) {
             let height = |(height, _, line): &(f64, i8, Option<usize>)| nearest(&here[(*line)?], *height);
-            let follows = changes[i].iter().all(|change| height(change).is_some());
-            (
-                follows,
-                changes[i].iter().map(|change| (height(change).unwrap_or(change.0), change.1)).collect(),
-            )
+            let ends: Vec<(f64, i8)> =
+                changes[i].iter().map(|change| (height(change).unwrap_or(change.0), change.1)).collect();
+            // Two changes on one side of a nose are one of the node and one that has left the panel.
+            let is_apart = ends.windows(2).all(|pair| pair[0].0 < pair[1].0);
+            (is_apart && changes[i].iter().all(|change| height(change).is_some()), ends)
         };
         // A curve may leave the panel between this node and the next: the one with more of them tells.
         let left = k / parts[0];
@@ -145,6 +145,8 @@ fn fill_strips(
     for (cells, &across) in cells.iter_mut().zip(across) {
         let of_line = |(k, line)| heights(panel, line, across).into_iter().map(move |height| (height, k));
         let mut here: Vec<(f64, usize)> = lines.iter().enumerate().flat_map(of_line).collect();
+        // From one border to the other.
+        here.extend([0.0, 1.0].map(|border| (border, lines.len())));
         here.sort_by(|a, b| a.0.total_cmp(&b.0));
         let order: Vec<usize> = here.iter().map(|(_, line)| *line).collect();
         if order != before {
@@ -331,6 +333,40 @@ mod tests {
         }
         // One per region.
         assert!(within > 1500 && wrong == 0 && asked.get() == 2, "{within} {wrong} {asked:?}");
+    }
+
+    /// A nose whose lower side leaves the panel between two nodes, so that below it no node tells the code, and a lens on the
+    /// border that no node sees.
+    #[test]
+    fn a_strip_along_the_border_has_its_code() {
+        let rect = Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
+        let panel = Panel { rect, x: Scale::linear(0.0, 1.0), y: Scale::linear(0.0, 1.0) };
+        let shares =
+            [11, 21].map(|of| (0..of).map(|i| f64::from(i) / f64::from(of - 1)).collect::<Vec<f64>>());
+        // Wrong cells, of those right of the node at x = 0.5 and at the bottom.
+        let wrong = |code: &dyn Fn(f64, f64) -> i8, points: Vec<[f64; 2]>| {
+            let column = |x: &f64| shares[1].iter().map(|y| code(*x, *y)).collect();
+            let cells: Vec<Vec<i8>> = shares[0].iter().map(column).collect();
+            let points = points.into_iter().map(|[x, y]| PlanePoint { x, y, error: 0.0 }).collect();
+            let line = PlaneCurve { bifurcation: Bifurcation::Hopf, points };
+            let between = |x: f64, y: f64| Some(code(x, y));
+            let fine = along_curves(&panel, &cells, &shares, [20, 20], &[line], &between).cells;
+            let size = [fine.len(), fine[0].len()];
+            let is_wrong = |&(i, j): &(usize, usize)| {
+                let [x, y] = [(i, size[0]), (j, size[1])].map(|(k, of)| (k as f64 + 0.5) / of as f64);
+                // But for what the chords of the curve leave out.
+                let sides = [-1e-3, 1e-3].map(|off| code(x + off, y));
+                sides[0] == sides[1] && fine[i][j] != code(x, y)
+            };
+            let below = (100..120).flat_map(|i| (0..6).map(move |j| (i, j)));
+            below.filter(is_wrong).collect::<Vec<(usize, usize)>>()
+        };
+        let nose = |y: f64| 0.64 - 0.1 * ((y - 0.1) / 0.09).powi(2);
+        let points = (-10..=2000).map(|i| f64::from(i) / 2000.0).map(|y| [nose(y), y]);
+        assert_eq!(wrong(&|x, y| i8::from(x < nose(y)), points.collect()), []);
+        let lens = |x: f64| 0.01 - 4.5 * (x - 0.55).powi(2);
+        let points = (90..=130).map(|i| f64::from(i) / 200.0).map(|x| [x, lens(x)]);
+        assert_eq!(wrong(&|x, y| i8::from(y < lens(x)), points.collect()), []);
     }
 
     /// A line through the panel that leaves it at the top and at the bottom: every finer cell has the code of its side.
