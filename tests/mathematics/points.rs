@@ -146,6 +146,29 @@ fn points_of_small_friction_are_those_of_the_averages() {
     }
 }
 
+/// Of two fold curves next to each other one alone may be followed: their cusp is found in the plane without the damping as in
+/// that with it.
+#[test]
+fn a_cusp_is_the_same_in_every_plane() {
+    let s = 0.02;
+    let law = waves(s);
+    let [.., exact] = exact();
+    let with = exact.found(&law, s, [2, 3]);
+    for [x, y] in [[1, 3], [1, 2]] {
+        let mut nodes = [1.0, exact.a, with.x, with.y].map(|node| vec![node]);
+        let known = [exact.a, with.x, with.y];
+        let sides = [0.03, 0.8, 1.5 * s];
+        for axis in [x, y] {
+            nodes[axis] = [-0.4, 0.6].map(|share| known[axis - 1] + share * sides[axis - 1]).to_vec();
+        }
+        let found = points(&law, &nodes, [x, y], exact.kind);
+        let [point] = found[..] else { panic!("{x} {y}: {found:?}") };
+        let off = [(x, point.x), (y, point.y)].map(|(axis, at)| (at - known[axis - 1]) / sides[axis - 1]);
+        // The point of the other plane has its error, too, in other sides.
+        assert!(off[0].hypot(off[1]) <= point.error + 10.0 * with.error + 1e-8, "{x} {y}: {point:?} {off:?}");
+    }
+}
+
 /// The number of slip cycles: changes of sign of what a simulated turn adds to an amplitude.
 fn cycles(oscillator: &Oscillator) -> usize {
     let outward = |i: u32| {

@@ -11,7 +11,7 @@
 //! curve: an orbit that grazes comes back with x2' = 0, and the far end of the stick segment takes 2 - j.
 //!
 //! Two points of the curve at which the degeneracy has different signs, both beyond their errors, enclose a point;
-//! a cusp is sought where two fold curves end. Newton's method finds where all functions vanish; its error is theirs,
+//! a cusp is sought where a fold curve ends. Newton's method finds where all functions vanish; its error is theirs,
 //! by the inverse of their derivatives, and the last step. Of a table w'' is a constant between two rows, and no
 //! Bautin point is told.
 
@@ -37,8 +37,8 @@ const FARTHEST: f64 = 4.0;
 const APART: f64 = 0.02;
 /// Tolerance of orbits at cusps.
 const TOLERANCE: f64 = 1e-13;
-/// Ends of two fold curves this near, in sides of the plane, may be those at a cusp.
-pub const NEAR_ENDS: f64 = 0.02;
+/// Farthest that a cusp may be from the end of a fold curve, in sides of the plane.
+const NEAR_ENDS: f64 = 0.02;
 
 /// The points on a curve of `along` at which `degeneracy` vanishes, too.
 pub fn points_on(curve: &Branch, along: TestFunction, degeneracy: TestFunction) -> Vec<CurvePoint> {

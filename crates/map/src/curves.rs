@@ -18,7 +18,7 @@ use slipmap_column::bifurcation::{Bifurcation, CurveWork};
 use slipmap_column::continuation::{Branch, CurvePoint, zero_curves};
 use slipmap_column::critical::{CriticalDamping, critical_damping};
 use slipmap_column::graphs::{Extreme, graphs};
-use slipmap_column::points::{NEAR_ENDS, cusp, points_on};
+use slipmap_column::points::{cusp, points_on};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
 
@@ -260,24 +260,18 @@ impl<'a> Frame<'a> {
         Some(Extreme { amplitude: 1.0, height, error, is_maximum: true })
     }
 
-    /// The cusps at which two of these fold curves end.
+    /// The cusps at which these fold curves end: one of the two may have been missed, since they leave at a tangent.
     fn cusps(&self, folds: &[Branch], work: &CurveWork) -> Vec<CurvePoint> {
         let apart = |a: CurvePoint, b: CurvePoint| (a.place[0] - b.place[0]).hypot(a.place[1] - b.place[1]);
-        let ends = || {
-            let ends = |branch: &Branch| [branch.points.first().copied(), branch.points.last().copied()];
-            folds.iter().enumerate().flat_map(move |(number, branch)| ends(branch).map(|end| (number, end)))
-        };
+        let ends = folds.iter().filter(|branch| !branch.closed).flat_map(|branch| {
+            [branch.points.first().copied(), branch.points.last().copied()].into_iter().flatten()
+        });
         let mut found: Vec<CurvePoint> = Vec::new();
-        for (number, end) in ends() {
-            let Some(end) = end else { continue };
-            let meets = ends().any(|(other, place)| {
-                other > number && place.is_some_and(|place| apart(place, end) <= NEAR_ENDS)
-            });
-            let point = meets.then(|| self.cusp(end, work)).flatten();
+        for end in ends.filter(|end| end.place.iter().all(|side| *side > 0.0 && *side < 1.0)) {
             let is_new = |point: &CurvePoint| {
                 found.iter().all(|other| apart(*point, *other) > point.error + other.error + SAME)
             };
-            let point = point.filter(is_new);
+            let point = self.cusp(end, work).filter(is_new);
             found.extend(point);
         }
         found
