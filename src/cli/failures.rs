@@ -22,7 +22,7 @@ use slipmap_machine::probe::command_line;
 use slipmap_numbers::text::{known_part, rounded};
 use slipmap_orbits::naive::NaiveKnobs;
 
-use slipmap_study::failures::{self, Catalogue, Class, Comparison, FailureKind, MethodFailures};
+use slipmap_study::failures::{self, Catalogue, Changed, Class, Comparison, FailureKind, MethodFailures, Widths};
 
 /// Largest number of cells: more would take hours.
 const MOST_CELLS: usize = 10_000_000;
@@ -131,7 +131,7 @@ impl CataloguePage<'_> {
     }
 
     fn write_markdown(&self, out: &mut String) -> std::fmt::Result {
-        let Catalogue { truth, methods } = self.catalogue;
+        let Catalogue { truth, methods, smoothing } = self.catalogue;
         writeln!(out, "# {}\n", self.job.title)?;
         writeln!(out, "Made by `{}`.\n", self.command)?;
         writeln!(out, "{}\n", self.box_in_words())?;
@@ -190,6 +190,9 @@ impl CataloguePage<'_> {
                 short(class.farthest_epsilon),
                 class.mechanism.explanation().replace('|', "\\|")
             )?;
+        }
+        if let Some(widths) = smoothing {
+            write_widths(out, widths)?;
         }
         writeln!(out, "\n## One cell of each class\n")?;
         if let Some(knobs) = self.knobs() {
@@ -271,6 +274,33 @@ impl CataloguePage<'_> {
         });
         csv_text(header.into_iter().map(str::to_owned).collect(), rows)
     }
+}
+
+/// The widths at which smoothed friction is a per cent off.
+fn write_widths(out: &mut String, widths: &[Widths; 3]) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n## How narrow smoothed friction must be\n\n\
+         Friction with tanh(s/d) for its sign does not hold: under the share f of the friction at rest the mass creeps \
+         along the belt at d artanh f, 0.55 d at one half, until friction has fallen. The widths d, in belt speeds, at \
+         which it is 1 % off, at some of the cells with a stick-slip cycle; where none is told a cell is right or wrong at \
+         all widths that can be followed.\n"
+    )?;
+    writeln!(
+        out,
+        "| 1 % off | cells | least d/V | median | greatest |\n| --- | ---: | ---: | ---: | ---: |"
+    )?;
+    for Widths { of, found } in widths {
+        let what = match of {
+            Changed::Verdict => "verdict: the critical damping",
+            Changed::Period => "period",
+            Changed::Creep => "creep at half of the friction at rest, over V",
+        };
+        let at = |place: usize| found.get(place).map_or("-".into(), |width| rounded(*width, 2));
+        let last = found.len().saturating_sub(1);
+        writeln!(out, "| {what} | {} | {} | {} | {} |", found.len(), at(0), at(last / 2), at(last))?;
+    }
+    Ok(())
 }
 
 /// A number without the digits beyond its error, at most six, and that error, for the page.

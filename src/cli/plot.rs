@@ -59,7 +59,7 @@ pub(super) struct Arguments {
     /// of the regimes of a machine, are drawn without being asked for
     #[arg(long, requires = "y")]
     curves: bool,
-    /// Draw the regimes of a machine as cells, without the curves between them
+    /// Draw regimes as cells, without the curves between them
     #[arg(long, conflicts_with = "curves")]
     no_curves: bool,
     /// Mark points of a table, such as published or measured ones: below one line of headers, which may name the axes and
@@ -121,7 +121,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let axes = [arguments.x.as_str(), arguments.y.as_deref().unwrap_or_default()];
     let marks = arguments.mark.iter().map(|path| marks::read(path, &view, axes));
     let marks = marks.collect::<Result<Vec<_>, Failure>>()?.concat();
-    let finds = view.finds_curves(arguments.variable.first().map(String::as_str));
+    let finds = View::finds_curves(arguments.variable.first().map(String::as_str));
     let plot = Plot {
         x: &arguments.x,
         y: arguments.y.as_deref(),

@@ -2,6 +2,7 @@
 //! and the crate's method does not. Where the first-order test fails is in `claims`, where orbits overshoot the belt
 //! in `limits`; nodes and exact grazing are among the orbits of `agreement` and `direct`.
 
+use crate::runge_kutta::step;
 use crate::sample::returns;
 use std::f64::consts::TAU;
 
@@ -13,6 +14,7 @@ use slipmap::friction::{Column, Law};
 use slipmap::orbits::flow;
 use slipmap::orbits::naive::{NaiveKnobs, NaiveMethod, NaiveVerdict};
 use slipmap::point::Point;
+use slipmap::study::failures::creep_width;
 use slipmap::witness;
 
 const TOLERANCE: f64 = 1e-9;
@@ -71,7 +73,7 @@ fn missed_double_crossing() {
     let approach = (TAU * kappa * epsilon).sqrt();
     let returns_in_time = |oscillator: &Oscillator, knobs: NaiveKnobs| {
         let verdict = NaiveMethod::EventStep.decide(oscillator, &knobs).verdict;
-        matches!(verdict, NaiveVerdict::Sticks { slip_time } if slip_time < TAU)
+        matches!(verdict, NaiveVerdict::Sticks { slip_time, .. } if slip_time < TAU)
     };
     // Whether a step ends above the belt line depends on chance: 40 neighbouring dampings.
     let missed = |tolerance: f64| {
@@ -96,7 +98,7 @@ fn start_at_a_tangency() {
     let inward = point(0.1, [0.3, 0.1, 2.0], 1.0, 1.3);
     let eager = NaiveKnobs { start_pause: 0.0, ..NaiveKnobs::default() };
     let found = NaiveMethod::EventStep.decide(&oscillator(&inward), &eager).verdict;
-    assert_eq!(found, NaiveVerdict::Sticks { slip_time: 0.0 });
+    assert_eq!(found, NaiveVerdict::Sticks { slip_time: 0.0, period: Some(0.0) });
     assert_eq!(truth(&oscillator(&inward)), Verdict::Absent);
     theorems_hold(&inward);
     // With a pause the method ignores events after every start on the belt line: on a fast belt the arc above
@@ -141,6 +143,67 @@ fn smoothed_sign() {
     assert_eq!(truth(&between), Verdict::Present);
     let ours = edge(&column, 0.5 * critical, 2.0 * critical, truth_of_margin);
     assert!((ours - critical).abs() < 1e-9, "{ours} {critical}");
+}
+
+/// Smoothed friction creeps at u, tanh(u/d) phi(u) = f, where the belt asks for the share f of the friction at rest, and so
+/// takes longer over the stick segment. The lag of the mass changes f by d V/(1 - f^2), and so u/d by that over 1 - f^2.
+#[test]
+fn smoothed_friction_creeps() {
+    for (law, speed) in [([0.3, 0.0, 0.5], 0.4), ([0.8, 0.1, 2.0], 0.1)] {
+        let oscillator = oscillator(&point(0.3, law, speed, 0.2));
+        let Oscillator { curve, viscous, belt_speed } = &oscillator;
+        let width = creep_width(curve, *belt_speed).unwrap();
+        let share = |[x1, x2]: [f64; 2]| x1 + viscous * x2;
+        let field = |[x1, x2]: [f64; 2]| {
+            let s = x2 - belt_speed;
+            [x2, -share([x1, x2]) - (s / width).tanh() * curve.phi(s.abs())]
+        };
+        let h = 0.02 * width;
+        let (mut state, mut time) = ([-viscous * belt_speed, *belt_speed], 0.0);
+        let mut to = |until: f64| {
+            while share(state) < until {
+                state = step(&field, state, h);
+                time += h;
+            }
+            (state, time)
+        };
+        let lag = |f: f64| width * belt_speed / (1.0 - f * f).powi(2);
+        let at_half = to(0.5);
+        let creep = (belt_speed - at_half.0[1]) / belt_speed;
+        assert!((creep / 0.01 - 1.0).abs() < 2.0 * lag(0.5) / 0.5_f64.atanh(), "{creep}");
+        // On to f = 0.8 by the integral of artanh f. In the next order the mass lags, is slower, friction weakens and the
+        // damper is relieved.
+        let integral = |f: f64| f * f.atanh() + 0.5 * (1.0 - f * f).ln();
+        let late = |(state, time): ([f64; 2], f64)| time - share(state) / belt_speed;
+        let longer = late(to(0.8)) - late(at_half);
+        let first = width / belt_speed.powi(2) * (integral(0.8) - integral(0.5));
+        let slower = width / belt_speed * 0.8_f64.atanh();
+        let next = lag(0.8) + slower * (1.0 + curve.weakening(0.0) * belt_speed) + viscous * belt_speed;
+        assert!((longer / first - 1.0).abs() < 2.0 * next, "{longer} {first} {next}");
+    }
+}
+
+/// With fine settings the periods that the methods tell are that of the cycle.
+#[test]
+fn naive_methods_tell_the_period() {
+    let oscillator = oscillator(&point(0.3, [0.3, 0.1, 2.0], 0.5, 0.2));
+    let Landing { slip_time, stick_time, .. } = landing(&oscillator);
+    let fine = NaiveKnobs {
+        smoothing_width: 1e-5,
+        stick_band_width: 1e-5,
+        step: 1e-4,
+        turns: 3,
+        start_pause: 1e-3,
+        ..NaiveKnobs::default()
+    };
+    for method in NaiveMethod::ALL {
+        let said = method.decide(&oscillator, &fine).verdict;
+        let NaiveVerdict::Sticks { period: Some(period), .. } = said else { panic!("{method:?} {said:?}") };
+        assert!(
+            (period - slip_time - stick_time).abs() < 1e-3,
+            "{method:?} {period} {slip_time} {stick_time}"
+        );
+    }
 }
 
 /// Whether the orbit returns, by the margin's sign where it is too close to call.

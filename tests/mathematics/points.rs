@@ -96,7 +96,7 @@ fn exact() -> [Exact; 4] {
     // w'' = 0.
     let bautin = at(Bifurcation::Bautin, 0.4, std::f64::consts::TAU - 0.8_f64.acos(), 0.0);
     // dC/dr = 0 at r = V.
-    let v = 3.0_f64;
+    let v = 3.6_f64;
     let fold = at(Bifurcation::FoldAtGrazing, 4.0 * v.cos() * bessel(2, v) / (v * v), v, v);
     // C(V) = w(V).
     let v = 5.2_f64;
@@ -110,25 +110,62 @@ fn exact() -> [Exact; 4] {
 }
 
 impl Exact {
-    /// The one point that is found in a plane of V and c next to it.
-    fn found(&self, law: &Law, s: f64) -> PlanePoint {
+    /// The axes a, V and c, 1 to 3, from and to next to the point.
+    fn sides(&self, s: f64) -> [[f64; 2]; 4] {
+        let Self { a, v, c, .. } = *self;
+        [[1.0; 2], [a - 0.012, a + 0.009], [v - 0.37, v + 0.3], [s * (c - 1.0), s * (c + 0.9)]]
+    }
+
+    /// The one point that is found in a plane of two of these axes.
+    fn found(&self, law: &Law, s: f64, plane: [usize; 2]) -> PlanePoint {
         let Self { kind, a, v, c, .. } = *self;
-        // eps, a, V, c.
-        let nodes = [vec![1.0], vec![a], vec![v - 0.37, v + 0.3], vec![s * (c - 1.0), s * (c + 0.9)]];
-        let found = points(law, &nodes, [2, 3], kind);
-        let [point] = found[..] else { panic!("{self:?}: {found:?}") };
-        assert!(point.error < 1e-6, "{self:?}: {point:?}");
+        let mut nodes = [1.0, a, v, s * c].map(|node| vec![node]);
+        plane.iter().for_each(|&axis| nodes[axis] = self.sides(s)[axis].to_vec());
+        let found = points(law, &nodes, plane, kind);
+        let [point] = found[..] else { panic!("{self:?} {plane:?}: {found:?}") };
+        assert!(point.error < 1e-6, "{self:?} {plane:?}: {point:?}");
         point
     }
 }
 
+/// Twelve planes, of which four do not have the damping.
 #[test]
 fn points_of_small_friction_are_those_of_the_averages() {
     let s = 1e-5;
     for exact in exact() {
-        let point = exact.found(&waves(s), s);
-        let off = ((point.x - exact.v) / 0.67).hypot((point.y - s * exact.c) / (1.9 * s));
-        assert!(off <= point.error + 1e-8, "{exact:?}: {point:?} {off:e}");
+        for [x, y] in [[2, 3], [1, 3], [1, 2]] {
+            let point = exact.found(&waves(s), s, [x, y]);
+            let known = [1.0, exact.a, exact.v, s * exact.c];
+            let [across, up] = [(x, point.x), (y, point.y)].map(|(axis, at)| {
+                let [from, to] = exact.sides(s)[axis];
+                (at - known[axis]) / (to - from)
+            });
+            let off = across.hypot(up);
+            assert!(off <= point.error + 1e-8, "{exact:?} {x} {y}: {point:?} {off:e}");
+        }
+    }
+}
+
+/// Of two fold curves next to each other one alone may be followed: their cusp is found in the plane without the damping as in
+/// that with it.
+#[test]
+fn a_cusp_is_the_same_in_every_plane() {
+    let s = 0.02;
+    let law = waves(s);
+    let [.., exact] = exact();
+    let with = exact.found(&law, s, [2, 3]);
+    for [x, y] in [[1, 3], [1, 2]] {
+        let mut nodes = [1.0, exact.a, with.x, with.y].map(|node| vec![node]);
+        let known = [exact.a, with.x, with.y];
+        let sides = [0.03, 0.8, 1.5 * s];
+        for axis in [x, y] {
+            nodes[axis] = [-0.4, 0.6].map(|share| known[axis - 1] + share * sides[axis - 1]).to_vec();
+        }
+        let found = points(&law, &nodes, [x, y], exact.kind);
+        let [point] = found[..] else { panic!("{x} {y}: {found:?}") };
+        let off = [(x, point.x), (y, point.y)].map(|(axis, at)| (at - known[axis - 1]) / sides[axis - 1]);
+        // The point of the other plane has its error, too, in other sides.
+        assert!(off[0].hypot(off[1]) <= point.error + 10.0 * with.error + 1e-8, "{x} {y}: {point:?} {off:?}");
     }
 }
 
@@ -159,7 +196,7 @@ fn unfoldings_have_the_simulated_numbers_of_cycles() {
         .zip([&[0, 1, 2][..], &[0, 1, 2], &[0, 1, 2, 1], &[0, 2]])
         .map(|((exact, distance), expected)| (exact, distance, expected))
     {
-        let point = exact.found(&law, s);
+        let point = exact.found(&law, s, [2, 3]);
         // A circle in coordinates along the curves, which meet at a tangent in V.
         let level = |v: f64| backbone(exact.a, v, exact.r * v);
         let slope = (level(exact.v + 1e-4) - level(exact.v - 1e-4)) / 2e-4;

@@ -213,6 +213,39 @@ fn table_and_chart_hold_the_numbers() {
     }
 }
 
+/// The stored charts have every method at every setting, and the peers.
+#[test]
+fn stored_charts_have_the_methods_of_today() {
+    for scene in ["paper", "brake", "coefficients"] {
+        let (header, records) = rows(&format!("../../results/work-precision/{scene}/work-precision.csv"));
+        let column = |name: &str| header.iter().position(|column| column == name).unwrap();
+        let [kind, method, setting] = ["kind", "method", "setting"].map(column);
+        let own = records.iter().filter(|record| &record[kind] != Kind::Peer.name());
+        let stored: Vec<(String, Option<f64>)> =
+            own.map(|record| (record[method].to_owned(), record[setting].parse().ok())).collect();
+        let today: Vec<(String, Option<f64>)> = contestants()
+            .iter()
+            .map(|one| (one.name.to_owned(), Some(one.setting).filter(|setting| !setting.is_nan())))
+            .collect();
+        assert_eq!(stored, today, "{scene}");
+        assert!(records.len() > today.len(), "{scene} has no peers");
+    }
+}
+
+/// What has no answer or a wrong one is seen beside the marks: a number, and the lower end of a bar.
+#[test]
+fn a_chart_shows_what_is_unanswered() {
+    let told = |unanswered: fn(&Row) -> usize| {
+        let mut study = STUDY.clone();
+        study.rows.retain(|row| row.name == "direct");
+        study.rows.iter_mut().for_each(|row| row.unanswered = unanswered(row));
+        let chart = chart(&study, Width::OneColumn);
+        chart.scene.svg("chart", &chart.caption).matches(">100<").count()
+    };
+    // Once for the seven settings, which are all like this.
+    assert_eq!([told(|_| 0), told(|row| row.cells)], [0, 1]);
+}
+
 #[test]
 fn peers_are_those_about_the_same_cells() {
     let folder = tempfile::tempdir().unwrap();

@@ -201,7 +201,7 @@ fn work_of(Column { curve, belt_speed, .. }: &Column, found: &CriticalDamping) -
 }
 
 /// The column of an oscillator, with eps c as its damping.
-fn column_of(Oscillator { curve, belt_speed, .. }: &Oscillator) -> Column {
+pub(super) fn column_of(Oscillator { curve, belt_speed, .. }: &Oscillator) -> Column {
     Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 }
 }
 

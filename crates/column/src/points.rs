@@ -10,12 +10,17 @@
 //! With a drop of friction C(V) is no curve, and the two points at grazing are not asked for. A landing curve meets no grazing
 //! curve: an orbit that grazes comes back with x2' = 0, and the far end of the stick segment takes 2 - j.
 //!
-//! Two points of the curve at which the degeneracy has different signs, both beyond their errors, enclose a point. Newton's
-//! method finds where both functions vanish; its error is theirs, by the inverse of their derivatives, and the last step.
+//! Two points of the curve at which the degeneracy has different signs, both beyond their errors, enclose a point;
+//! a cusp is sought where a fold curve ends. Newton's method finds where all functions vanish; its error is theirs,
+//! by the inverse of their derivatives, and the last step. Of a table w'' is a constant between two rows, and no
+//! Bautin point is told.
 
+use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
-use slipmap_orbits::elements::{Closed, closed_orbit};
+use slipmap_orbits::Closing;
+use slipmap_orbits::elements::closed_orbit;
 
+use super::bifurcation::column_of;
 use super::continuation::{Branch, CurvePoint, TestFunction, TestValue};
 
 /// Least and greatest distance of the differences that give derivatives, and their share of the distance of two points.
@@ -32,8 +37,8 @@ const FARTHEST: f64 = 4.0;
 const APART: f64 = 0.02;
 /// Tolerance of orbits at cusps.
 const TOLERANCE: f64 = 1e-13;
-/// Ends of two fold curves this near, in sides of the plane, may be those at a cusp.
-pub const NEAR_ENDS: f64 = 0.02;
+/// Farthest that a cusp may be from the end of a fold curve, in sides of the plane.
+const NEAR_ENDS: f64 = 0.02;
 
 /// The points on a curve of `along` at which `degeneracy` vanishes, too.
 pub fn points_on(curve: &Branch, along: TestFunction, degeneracy: TestFunction) -> Vec<CurvePoint> {
@@ -75,74 +80,98 @@ fn between(
     (off <= FARTHEST * apart && error <= LARGEST_ERROR).then_some(CurvePoint { place, error })
 }
 
-/// Where two functions vanish, by Newton's method with central differences at these `steps`, within `bounds`; with the errors
-/// of both coordinates.
-fn newton(
-    start: [f64; 2],
-    steps: [f64; 2],
-    bounds: [[f64; 2]; 2],
-    both: impl Fn([f64; 2]) -> Option<[TestValue; 2]>,
-) -> Option<([f64; 2], [f64; 2])> {
+/// Where functions vanish, by Newton's method with central differences at these `steps`, within `bounds`; with the
+/// errors of the coordinates.
+fn newton<const N: usize>(
+    start: [f64; N],
+    steps: [f64; N],
+    bounds: [[f64; 2]; N],
+    all: impl Fn([f64; N]) -> Option<[TestValue; N]>,
+) -> Option<([f64; N], [f64; N])> {
     let mut place = start;
     let mut shortest = f64::INFINITY;
     for _ in 0..MOST_STEPS {
         // Differences stay within the bounds.
-        let middle = [0, 1].map(|i| place[i].clamp(bounds[i][0] + steps[i], bounds[i][1] - steps[i]));
-        let [here, there] = both(place)?;
-        let mut columns = [[0.0; 2]; 2];
-        for (i, column) in columns.iter_mut().enumerate() {
+        let middle: [f64; N] =
+            std::array::from_fn(|i| place[i].clamp(bounds[i][0] + steps[i], bounds[i][1] - steps[i]));
+        let here = all(place)?;
+        let mut derivatives = [[0.0; N]; N];
+        for i in 0..N {
             let (mut low, mut high) = (middle, middle);
             (low[i], high[i]) = (low[i] - steps[i], high[i] + steps[i]);
-            let [low, high] = [both(low)?, both(high)?];
-            *column = [0, 1].map(|of| (high[of].value - low[of].value) / (2.0 * steps[i]));
+            let [low, high] = [all(low)?, all(high)?];
+            for of in 0..N {
+                derivatives[of][i] = (high[of].value - low[of].value) / (2.0 * steps[i]);
+            }
         }
-        let [[a, c], [b, d]] = columns;
-        let determinant = a * d - b * c;
-        let solve = |f: f64, g: f64| [(d * f - b * g) / determinant, (a * g - c * f) / determinant];
-        let change = solve(-here.value, -there.value);
-        let next = [0, 1].map(|i| (place[i] + change[i]).clamp(bounds[i][0], bounds[i][1]));
-        let length = change[0].hypot(change[1]);
+        let inverse = inverse(derivatives)?;
+        let by = |i: usize, of: &dyn Fn(f64, TestValue) -> f64| -> f64 {
+            inverse[i].iter().zip(here).map(|(share, value)| of(*share, value)).sum()
+        };
+        let change: [f64; N] = std::array::from_fn(|i| by(i, &|share, here| -share * here.value));
+        let length = change.iter().map(|part| part * part).sum::<f64>().sqrt();
         if !length.is_finite() {
             return None;
         }
-        place = next;
+        place = std::array::from_fn(|i| (place[i] + change[i]).clamp(bounds[i][0], bounds[i][1]));
         if length <= LAST_STEP || length >= shortest {
-            let of = |i: usize| {
-                let by = [solve(here.error, 0.0)[i], solve(0.0, there.error)[i]];
-                by[0].abs() + by[1].abs() + length + 4.0 * f64::EPSILON
-            };
-            return Some((place, [of(0), of(1)]));
+            let error = |i: usize| by(i, &|share, here| (share * here.error).abs());
+            return Some((place, std::array::from_fn(|i| error(i) + length + 4.0 * f64::EPSILON)));
         }
         shortest = length;
     }
     None
 }
 
-/// dC/d ln r at an amplitude, in units of C, with its error; `None` where its orbit leaves the polar form.
-pub(super) fn slope(column: &Column, radius: f64, tolerance: f64) -> Option<TestValue> {
+/// The inverse of a matrix, by elimination with pivots; `None` of a singular one.
+fn inverse<const N: usize>(mut left: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
+    let mut right = [[0.0; N]; N];
+    (0..N).for_each(|i| right[i][i] = 1.0);
+    for i in 0..N {
+        let pivot = (i..N).max_by(|a, b| left[*a][i].abs().total_cmp(&left[*b][i].abs()))?;
+        left.swap(i, pivot);
+        right.swap(i, pivot);
+        let by = left[i][i];
+        if !(by.abs() > 0.0) {
+            return None;
+        }
+        (0..N).for_each(|k| (left[i][k], right[i][k]) = (left[i][k] / by, right[i][k] / by));
+        let (row, of_row) = (left[i], right[i]);
+        for j in (0..N).filter(|j| *j != i) {
+            let times = left[j][i];
+            for k in 0..N {
+                left[j][k] -= times * row[k];
+                right[j][k] -= times * of_row[k];
+            }
+        }
+    }
+    Some(right)
+}
+
+/// The orbit that closes at an amplitude; `None` where it leaves the polar form.
+fn closing(column: &Column, radius: f64, tolerance: f64) -> Option<Closing> {
     let weakening = column.curve.compiled(4.0 * column.belt_speed);
-    let Closed { closing, .. } = closed_orbit(&weakening, column.belt_speed, radius, tolerance).ok()?;
-    let [value, error] = closing.slope?;
+    Some(closed_orbit(&weakening, column.belt_speed, radius, tolerance).ok()?.closing)
+}
+
+/// dC/d ln r at an amplitude, in units of C, with its error.
+pub(super) fn slope(column: &Column, radius: f64, tolerance: f64) -> Option<TestValue> {
+    let [value, error] = closing(column, radius, tolerance)?.slope?;
     Some(TestValue { value, error })
 }
 
-/// A cusp of fold curves of a family of columns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cusp {
-    /// Its place among the columns, with its error.
-    pub share: [f64; 2],
-    /// C there, with its error.
-    pub viscous: [f64; 2],
-    /// The amplitude, over the belt speed.
-    pub amplitude: f64,
-}
-
-/// The cusp of the columns `at` places between 0 and 1, near a place and an amplitude over the belt speed: where the slope of
-/// the backbone and its derivative vanish.
-pub fn cusp(at: &dyn Fn(f64) -> Option<Column>, share: f64, amplitude: f64) -> Option<Cusp> {
-    let both = |[share, log]: [f64; 2]| {
-        let column = at(share)?;
-        let of = |log: f64| slope(&column, log.exp() * column.belt_speed, TOLERANCE);
+/// The cusp of the oscillators `at` the places of the unit square, near a place and an amplitude over the belt speed:
+/// where the orbit closes, and the slope of the backbone and its derivative vanish.
+pub fn cusp(
+    at: &dyn Fn([f64; 2]) -> Option<Oscillator>,
+    place: [f64; 2],
+    amplitude: f64,
+) -> Option<CurvePoint> {
+    let all = |[x, y, log]: [f64; 3]| {
+        let oscillator = at([x, y])?;
+        let column = column_of(&oscillator);
+        let radius = |log: f64| log.exp() * column.belt_speed;
+        let of = |log: f64| slope(&column, radius(log), TOLERANCE);
         let [inner, low, high, outer] = [-2.0, -1.0, 1.0, 2.0].map(|times| of(log + times * APART));
         let [inner, low, high, outer] = [inner?, low?, high?, outer?];
         // Of the fourth order.
@@ -151,27 +180,17 @@ pub fn cusp(at: &dyn Fn(f64) -> Option<Column>, share: f64, amplitude: f64) -> O
         let bend = (outer.value - 2.0 * (high.value - low.value) - inner.value) / (2.0 * APART);
         let rounding = [inner, low, high, outer].iter().map(|of| of.error).sum::<f64>() / APART;
         let error = rounding + APART.powi(2) * bend.abs().max((coarse - value).abs());
-        Some([of(log)?, TestValue { value, error }])
+        let here = closing(&column, radius(log), TOLERANCE)?;
+        let excess = TestValue { value: here.viscous - oscillator.viscous, error: here.error };
+        Some([excess, of(log)?, TestValue { value, error }])
     };
     // Orbits on both sides of the amplitude stay below the belt line.
-    let bounds = [[0.0, 1.0], [f64::NEG_INFINITY, -3.0 * APART]];
-    let start = [share, amplitude.ln().min(bounds[1][1])];
-    let (place, errors) = newton(start, [DIFFERENCES[1], 0.1 * APART], bounds, both)?;
-    let column = at(place[0])?;
-    let weakening = column.curve.compiled(4.0 * column.belt_speed);
-    let radius = place[1].exp() * column.belt_speed;
-    let here = closed_orbit(&weakening, column.belt_speed, radius, TOLERANCE).ok()?.closing;
-    // C changes along the columns alone, since its slope vanishes.
-    let aside = (place[0] + DIFFERENCES[1]).min(1.0);
-    let beside = at(aside).and_then(|column| {
-        let weakening = column.curve.compiled(4.0 * column.belt_speed);
-        closed_orbit(&weakening, column.belt_speed, place[1].exp() * column.belt_speed, TOLERANCE).ok()
-    })?;
-    let rate = (beside.closing.viscous - here.viscous) / (aside - place[0]).max(f64::MIN_POSITIVE);
-    let is_told = errors[0] <= LARGEST_ERROR && (start[0] - place[0]).abs() <= NEAR_ENDS;
-    is_told.then_some(Cusp {
-        share: [place[0], errors[0]],
-        viscous: [here.viscous, here.error + (rate * errors[0]).abs()],
-        amplitude: place[1].exp(),
-    })
+    let bounds = [[0.0, 1.0], [0.0, 1.0], [f64::NEG_INFINITY, -3.0 * APART]];
+    let [x, y] = place;
+    let start = [x, y, amplitude.ln().min(bounds[2][1])];
+    let (found, errors) = newton(start, [DIFFERENCES[1], DIFFERENCES[1], 0.1 * APART], bounds, all)?;
+    let error = errors[0].hypot(errors[1]);
+    let off = (found[0] - x).hypot(found[1] - y);
+    let is_told = error <= LARGEST_ERROR && off <= NEAR_ENDS;
+    is_told.then_some(CurvePoint { place: [found[0], found[1]], error })
 }

@@ -16,6 +16,8 @@ pub enum Sample {
     Method(LineStyle),
     /// A mark alone.
     Mark(super::scene::Marker, &'static str, bool),
+    /// A text beside marks.
+    Text(Rich),
 }
 
 #[derive(Clone, Debug, Default)]
@@ -100,6 +102,10 @@ impl Legend {
                 }
                 Sample::Mark(marker, color, filled) => {
                     scene.marker(*marker, (x + 0.5 * SAMPLE, middle), 5.0, color, *filled);
+                }
+                Sample::Text(text) => {
+                    let at = (x + 0.5 * SAMPLE, middle + 0.36 * SMALL_TEXT);
+                    scene.text(at, text, SMALL_TEXT, Anchor::Middle);
                 }
             }
             scene.text((x + SAMPLE + 3.0, middle + 0.36 * SMALL_TEXT), name, SMALL_TEXT, Anchor::Start);

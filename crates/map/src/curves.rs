@@ -18,7 +18,7 @@ use slipmap_column::bifurcation::{Bifurcation, CurveWork};
 use slipmap_column::continuation::{Branch, CurvePoint, zero_curves};
 use slipmap_column::critical::{CriticalDamping, critical_damping};
 use slipmap_column::graphs::{Extreme, graphs};
-use slipmap_column::points::{Cusp, NEAR_ENDS, cusp, points_on};
+use slipmap_column::points::{cusp, points_on};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
 
@@ -125,9 +125,8 @@ impl PlaneCurves {
             let cut = is_cut.then_some(bifurcation);
             let points = kinds.flat_map(|kind| {
                 let work = CurveWork::default();
-                let points = match (kind, frame.damping_axis()) {
-                    (Bifurcation::Cusp, Some(axis)) => frame.cusps(axis, &found, &work),
-                    (Bifurcation::Cusp, None) => Vec::new(),
+                let points = match kind {
+                    Bifurcation::Cusp => frame.cusps(&found, &work),
                     _ => {
                         let degeneracy =
                             |place: [f64; 2]| match stop.load(Ordering::Relaxed) || work.is_spent() {
@@ -192,6 +191,16 @@ impl PlaneCurves {
     }
 }
 
+/// The backbone of a column that may have extremes; `None` of others, and where it is unknown.
+fn backbone(column: &Column, work: &CurveWork) -> Option<Backbone> {
+    if column.curve.has_one_slip_cycle_at_most(column.belt_speed) {
+        return None;
+    }
+    let found = Backbone::of(column, TOLERANCE);
+    work.add_backbone(&found);
+    found.ok()
+}
+
 /// The unit square of a plane.
 struct Frame<'a> {
     grid: &'a Grid,
@@ -225,12 +234,7 @@ impl<'a> Frame<'a> {
     /// The extremes of the backbone at a place of the other axis; `None` if there are none or it is unknown.
     fn extremes(&self, damping_axis: usize, share: f64, work: &CurveWork) -> Option<Vec<Extreme>> {
         let column = self.column(damping_axis, share)?;
-        if column.curve.has_one_slip_cycle_at_most(column.belt_speed) {
-            return None;
-        }
-        let found = Backbone::of(&column, TOLERANCE);
-        work.add_backbone(&found);
-        let backbone = found.ok()?;
+        let backbone = backbone(&column, work)?;
         let extreme = |turns: &[TurningPoint]| {
             let [damping, error] = [turns[1].viscous, backbone.error].map(|viscous| viscous / column.epsilon);
             let (height, error) = self.height(damping_axis, damping, error);
@@ -256,43 +260,34 @@ impl<'a> Frame<'a> {
         Some(Extreme { amplitude: 1.0, height, error, is_maximum: true })
     }
 
-    /// The cusps at which two of these fold curves end.
-    fn cusps(&self, damping_axis: usize, folds: &[Branch], work: &CurveWork) -> Vec<CurvePoint> {
+    /// The cusps at which these fold curves end: one of the two may have been missed, since they leave at a tangent.
+    fn cusps(&self, folds: &[Branch], work: &CurveWork) -> Vec<CurvePoint> {
         let apart = |a: CurvePoint, b: CurvePoint| (a.place[0] - b.place[0]).hypot(a.place[1] - b.place[1]);
-        let ends = || {
-            let ends = |branch: &Branch| [branch.points.first().copied(), branch.points.last().copied()];
-            folds.iter().enumerate().flat_map(move |(number, branch)| ends(branch).map(|end| (number, end)))
-        };
+        let ends = folds.iter().filter(|branch| !branch.closed).flat_map(|branch| {
+            [branch.points.first().copied(), branch.points.last().copied()].into_iter().flatten()
+        });
         let mut found: Vec<CurvePoint> = Vec::new();
-        for (number, end) in ends() {
-            let Some(end) = end else { continue };
-            let meets = ends().any(|(other, place)| {
-                other > number && place.is_some_and(|place| apart(place, end) <= NEAR_ENDS)
-            });
-            let point = meets.then(|| self.cusp(damping_axis, end, work)).flatten();
+        for end in ends.filter(|end| end.place.iter().all(|side| *side > 0.0 && *side < 1.0)) {
             let is_new = |point: &CurvePoint| {
                 found.iter().all(|other| apart(*point, *other) > point.error + other.error + SAME)
             };
-            let point = point.filter(is_new);
+            let point = self.cusp(end, work).filter(is_new);
             found.extend(point);
         }
         found
     }
 
     /// The cusp next to the end of a fold curve: between two extremes that nearly meet there.
-    fn cusp(&self, damping_axis: usize, end: CurvePoint, work: &CurveWork) -> Option<CurvePoint> {
-        let (share, height) = (end.place[1 - damping_axis], end.place[damping_axis]);
-        let extremes = self.extremes(damping_axis, share, work)?;
-        let off = |pair: &&[Extreme]| pair.iter().map(|it| (it.height - height).abs()).fold(0.0, f64::max);
-        let pair = extremes.windows(2).min_by(|a, b| off(a).total_cmp(&off(b)))?;
-        let amplitude = 0.5 * (pair[0].amplitude + pair[1].amplitude);
-        let Cusp { share: [share, error], viscous: [viscous, of_viscous], .. } =
-            cusp(&|share| self.column(damping_axis, share), share, amplitude)?;
-        let epsilon = self.column(damping_axis, share)?.epsilon;
-        let (height, of_height) = self.height(damping_axis, viscous / epsilon, of_viscous / epsilon);
-        let mut place = [share; 2];
-        place[damping_axis] = height;
-        (0.0..=1.0).contains(&height).then_some(CurvePoint { place, error: error.hypot(of_height) })
+    fn cusp(&self, end: CurvePoint, work: &CurveWork) -> Option<CurvePoint> {
+        let oscillator = self.oscillator(end.place)?;
+        let column = self.grid.column_of(&self.at(end.place)).ok()?;
+        let backbone = backbone(&column, work)?;
+        let off = |pair: &&[TurningPoint]| {
+            pair.iter().map(|it| (it.viscous - oscillator.viscous).abs()).fold(0.0, f64::max)
+        };
+        let pair = backbone.folds().windows(2).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let amplitude = 0.5 * (pair[0].radius + pair[1].radius) / column.belt_speed;
+        cusp(&|place| self.oscillator(place), end.place, amplitude)
     }
 
     /// The column at a place of the other axis.

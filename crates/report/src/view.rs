@@ -42,12 +42,11 @@ impl<'a> View<'a> {
         join(parts)
     }
 
-    /// Whether the curves of a figure of this variable are found without being asked for: those at which the regimes of a
-    /// machine change, where the kicks end, too.
+    /// Whether the curves of a figure of this variable are found without being asked for: those at which regimes
+    /// change, where the kicks of machines end, too.
     #[must_use]
-    pub fn finds_curves(&self, variable: Option<&str>) -> bool {
+    pub fn finds_curves(variable: Option<&str>) -> bool {
         variable.is_some_and(|name| name == "regime" || name.starts_with("kick_"))
-            && self.map.grid().machine().is_some()
     }
 
     /// The units of dimensionless numbers at these nodes.

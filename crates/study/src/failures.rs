@@ -11,12 +11,14 @@
 //! why a test leaves a cell undecided follows from its claim.
 
 mod mechanism;
+mod smoothing;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
 pub(crate) use mechanism::Mechanism;
+pub use smoothing::{Changed, Widths, creep_width};
 
 use slipmap_column::HALVINGS;
 use slipmap_column::limits::Ray;
@@ -134,6 +136,8 @@ pub struct Catalogue {
     /// Numbers of points by their true answer.
     pub truth: Truth,
     pub methods: Vec<MethodFailures>,
+    /// Of smoothed friction, if it is among the methods.
+    pub smoothing: Option<[Widths; 3]>,
 }
 
 /// The error of a catalogue that was stopped.
@@ -210,7 +214,9 @@ pub fn catalogue(points: &[Point], comparison: &Comparison) -> Result<Catalogue,
         method.cells = truth.present + truth.inward + truth.crossing;
         method.classes.sort_by_key(|class| (class.kind, std::cmp::Reverse(class.cells)));
     }
-    Ok(Catalogue { truth, methods })
+    let sticks = |(point, examined): (&Point, &Examined)| (examined.truth.present > 0).then_some(*point);
+    let sticking: Vec<Point> = points.iter().zip(&examined).filter_map(sticks).collect();
+    Ok(Catalogue { truth, methods, smoothing: smoothing::widths(&sticking, comparison)? })
 }
 
 impl MethodFailures {

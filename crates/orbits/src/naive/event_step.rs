@@ -69,7 +69,8 @@ pub(super) fn decide(oscillator: &Oscillator, knobs: &NaiveKnobs, rhs: &mut u64)
         time += long;
         match oscillator.belt_region(at[0]) {
             BeltRegion::Sliding | BeltRegion::ExitPoint => {
-                return Ok(NaiveVerdict::Sticks { slip_time: time });
+                let period = time + (oscillator.exit_x1() - at[0]) / belt_speed;
+                return Ok(NaiveVerdict::Sticks { slip_time: time, period: Some(period) });
             }
             // The orbit would stop at the same event for ever.
             _ if long == 0.0 => return Err(Failure::StepUnderflow),

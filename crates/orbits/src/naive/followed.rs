@@ -22,18 +22,21 @@ struct Observer {
     /// Time at which it last stuck, and the slip time before that.
     last_stick: f64,
     slip_time: f64,
+    /// Time of the last turn, and since the one before.
+    last_turn: Option<f64>,
+    period: Option<f64>,
 }
 
 impl Observer {
     fn new(oscillator: &Oscillator, knobs: &NaiveKnobs) -> Self {
         let turns = knobs.turns.max(1);
         let end = enough_time(oscillator, turns);
-        Self { turns, end, stuck: false, last_stick: 0.0, slip_time: 0.0 }
+        Self { turns, end, stuck: false, last_stick: 0.0, slip_time: 0.0, last_turn: None, period: None }
     }
 
-    /// Records a step that ends at `time`, in which the orbit `sticks` or not; returns the verdict, once
+    /// Records a step of length `h` that ends at `time`, in which the orbit `sticks` or not; returns the verdict, once
     /// there is one.
-    fn step(&mut self, [from, to]: [&State; 2], time: f64, sticks: bool) -> Option<NaiveVerdict> {
+    fn step(&mut self, [from, to]: [&State; 2], [h, time]: [f64; 2], sticks: bool) -> Option<NaiveVerdict> {
         if sticks {
             if !self.stuck {
                 self.slip_time = time - self.last_stick;
@@ -44,19 +47,33 @@ impl Observer {
         let turned = from[1] > 0.0 && to[1] <= 0.0;
         if turned {
             self.turns -= 1;
+            let at = time - h * (1.0 - share_at_zero(from, to, h));
+            self.period = self.last_turn.map(|before| at - before);
+            self.last_turn = Some(at);
         }
         let in_time = time < self.end;
         if self.turns == 0 || !in_time {
             // An orbit that does not turn is decided by the second half of its time.
             let still = self.stuck && (in_time || self.last_stick > 0.5 * self.end);
-            let slip_time = self.slip_time;
-            return Some(if still { NaiveVerdict::Sticks { slip_time } } else { NaiveVerdict::NeverSticks });
+            let Self { slip_time, period, .. } = *self;
+            return Some(match still {
+                true => NaiveVerdict::Sticks { slip_time, period },
+                false => NaiveVerdict::NeverSticks,
+            });
         }
         if turned {
             self.stuck = false;
         }
         None
     }
+}
+
+/// The share of a step at which x2 falls through zero: of the parabola through its ends whose integral is the change of x1.
+fn share_at_zero([x1, from]: &State, [to_x1, to]: &State, h: f64) -> f64 {
+    let bend = 3.0 * (from + to) - 6.0 * (to_x1 - x1) / h;
+    let slope = to - from - bend;
+    let root = (slope * slope - 4.0 * bend * from).max(0.0).sqrt();
+    (2.0 * from / (root - slope)).clamp(0.0, 1.0)
 }
 
 /// A sticking state in the middle of the stick segment.
@@ -126,7 +143,7 @@ fn adaptive(
         }
         if control.accepts(h, [&state, &next], &error, time)? {
             time += h;
-            let verdict = watch.step([&state, &next], time, sticks);
+            let verdict = watch.step([&state, &next], [h, time], sticks);
             state = next;
             if let Some(verdict) = verdict {
                 return Ok(verdict);
@@ -164,7 +181,7 @@ pub(super) fn fixed_step(oscillator: &Oscillator, knobs: &NaiveKnobs, rhs: &mut 
             return Err(Failure::NotFinite);
         }
         time += h;
-        let verdict = watch.step([&state, &next], time, below && above && held);
+        let verdict = watch.step([&state, &next], [h, time], below && above && held);
         state = next;
         if let Some(verdict) = verdict {
             return Ok(verdict);

@@ -94,6 +94,9 @@ pub enum NaiveVerdict {
     Sticks {
         /// The last time between leaving the belt and sticking to it, by the method's own detection.
         slip_time: f64,
+        /// The last time between two falls of x2 through zero, or for `event_step` of slip and stick; `None` if there were
+        /// not two.
+        period: Option<f64>,
     },
     /// It slips, or crosses the belt line, all the time.
     NeverSticks,

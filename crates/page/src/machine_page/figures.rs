@@ -154,7 +154,12 @@ pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene
         let lines = PlaneCurves::of_kinds(&kinds, &grid, plane, &AtomicBool::new(false));
         let shares = [NODES, DAMPINGS].map(|number| nodes(number).collect::<Vec<f64>>());
         let cells = regimes_over(&grid).unwrap_or_default();
-        let Parts { edges, cells } = along_curves(&panel, &cells, &shares, PARTS, &lines.curves);
+        let between = |x: f64, y: f64| {
+            let mut values = grid.values(&lines.plane.held);
+            (values[last - 1], values[last]) = (x, y);
+            grid.oscillator_of(&values).ok().as_ref().map(curves::regime_code)
+        };
+        let Parts { edges, cells } = along_curves(&panel, &cells, &shares, PARTS, &lines.curves, &between);
         for kind in palette::regimes() {
             let inside = |i: usize, j: usize| cells.get(i).is_some_and(|column| column[j] == kind.code);
             let areas = outlines(&panel, &edges[0], &edges[1], inside);

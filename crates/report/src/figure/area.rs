@@ -15,7 +15,7 @@ use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::PlaneCurves;
 use slipmap_numbers::text::count;
-use slipmap_page::curves::{EXACT, HALO, Parts, along_curves};
+use slipmap_page::curves::{EXACT, HALO, Parts, along_curves, regime_code};
 use slipmap_page::palette::{self, CellKind};
 use slipmap_page::units::Label;
 
@@ -277,7 +277,8 @@ fn finer(panel: &Panel, area: &Area, cells: &Array2<i8>) -> Option<Parts> {
         std::array::from_fn(|i| axes[i].iter().map(|value| scales[i].unit(*value)).collect());
     let codes: Vec<Vec<i8>> = cells.outer_iter().map(|column| column.to_vec()).collect();
     let parts = [0, 1].map(|i| FINE.div_ceil(shares[i].len().saturating_sub(1).max(1)));
-    let fine = along_curves(panel, &codes, &shares, parts, &curves.curves);
+    let between = |x: f64, y: f64| area.slice.oscillator(x, y).as_ref().map(regime_code);
+    let fine = along_curves(panel, &codes, &shares, parts, &curves.curves, &between);
     (!fine.cells.is_empty()).then_some(fine)
 }
 

@@ -81,7 +81,7 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
         Some(y) if x == y => Err(ChoiceError::SameAxis(axes[x].name.clone()).into()),
         Some(y) if single(x) || single(y) => {
             let (shown, other) = if single(x) { (y, x) } else { (x, y) };
-            if plot.curves {
+            if plot.curves && !View::finds_curves(plot.variables.first().map(String::as_str)) {
                 return Err(ChoiceError::OneNode(axes[other].name.clone()).into());
             }
             let mut plotted = over_axis(view, plot, shown)?;
@@ -123,7 +123,7 @@ pub(crate) fn over_nodes(
         at: &at,
         variables: &variables,
         panels: None,
-        curves: view.finds_curves(variable),
+        curves: View::finds_curves(variable),
         marks: &[],
         width,
     };

@@ -28,6 +28,14 @@ struct Line<'a> {
     style: LineStyle,
 }
 
+impl Line<'_> {
+    /// The largest per cent of cells without an answer.
+    fn unanswered(&self) -> f64 {
+        let share = |row: &&Row| 100.0 * row.unanswered as f64 / row.cells.max(1) as f64;
+        self.rows.iter().map(share).fold(0.0, f64::max).ceil()
+    }
+}
+
 /// Groups the rows by method, in their order.
 fn lines(study: &Study) -> Vec<Line<'_>> {
     let mut lines: Vec<Line> = Vec::new();
@@ -64,7 +72,8 @@ pub fn chart(study: &Study, width: Width) -> Figure {
     .then(place)
     .then(rich(&format!(
         ". (a) Largest error of the scaled grazing margin {{m}}/{{V}} (marks) and its median (lower end of the \
-         bars). (b) Share of the {near} cells within {} of the boundary in {{c}} that are not labelled right. \
+         bars), of the cells with an answer; numbers: per cent of cells without, at most. (b) Share of the {near} cells within {} of \
+         the boundary in {{c}} that are not labelled right (marks), and that are labelled wrong (lower end of the bars). \
          Marks below the dashed line have none. Each method over its own knob; filled marks and the broad grey line: the \
          Pareto front.",
         study.settings.near
@@ -124,8 +133,16 @@ fn draw(scene: &mut Scene, study: &Study, width: Width) {
         if number == 1 {
             zero(scene, &panel, none, 0.6 * one);
         }
+        // The lower end of the bar.
+        let low = |row: &Row| match number {
+            0 => row.margin.map(|errors| errors.median.max(least)),
+            _ => row
+                .near
+                .and_then(|labels| labels.mistaken())
+                .map(|share| if share > 0.0 { share } else { none }),
+        };
         for line in &lines {
-            draw_line(scene, &panel, line, height, front, number == 0);
+            draw_line(scene, &panel, line, [&height, &low], front, number == 0);
         }
         panels.axes(scene, &time, name);
         panel.title(scene, &letter(number));
@@ -142,7 +159,11 @@ fn draw(scene: &mut Scene, study: &Study, width: Width) {
     }
     legend.add(Sample::Line(FRONT), rich("Pareto front"));
     legend.add(Sample::Mark(Marker::Circle, style::GREY, true), rich("filled: on the front"));
-    legend.add(Sample::Line(Stroke::solid(style::GREY, 0.5)), rich("bar in (a): down to the median"));
+    let bar = Sample::Line(Stroke::solid(style::GREY, 0.5));
+    legend.add(bar, rich("(a): down to the median; (b): to the wrong ones"));
+    if lines.iter().any(|line| line.unanswered() > 0.0) {
+        legend.add(Sample::Text(rich("7")), rich("(a): % of cells without an answer"));
+    }
     legend.add(Sample::Line(NONE), rich("(b): none below this line"));
     legend.below(scene, left, bottom + 2.0);
 }
@@ -177,23 +198,24 @@ fn draw_front<'a>(
     scene.line(&places, &FRONT);
 }
 
+/// The height of a row in a panel.
+type Height<'a> = &'a dyn Fn(&Row) -> Option<f64>;
+
 fn draw_line(
     scene: &mut Scene,
     panel: &Panel,
     line: &Line,
-    height: impl Fn(&Row) -> Option<f64>,
+    [height, low]: [Height; 2],
     front: impl Fn(&Row) -> bool,
-    bars: bool,
+    tells_unanswered: bool,
 ) {
     let LineStyle { stroke, marker } = line.style;
     let marks: Vec<(Place, &Row)> =
         line.rows.iter().filter_map(|row| Some((panel.place(row.seconds, height(row)?), *row))).collect();
-    if bars {
-        for (place, row) in &marks {
-            if let Some(errors) = row.margin {
-                let median = panel.place(row.seconds, errors.median.max(panel.y.from)).1;
-                scene.line(&[*place, (place.0, median)], &Stroke::solid(stroke.color, 0.5));
-            }
+    for (place, row) in &marks {
+        if let Some(low) = low(row) {
+            let low = panel.place(row.seconds, low).1;
+            scene.line(&[*place, (place.0, low)], &Stroke::solid(stroke.color, 0.5));
         }
     }
     let places: Vec<Place> = marks.iter().map(|(place, _)| *place).collect();
@@ -203,5 +225,14 @@ fn draw_line(
         // Marks without an interior are drawn larger instead.
         let size = if front(row) { 1.3 * MARKER } else { MARKER };
         scene.marker(marker, place, size, stroke.color, filled);
+    }
+    // Beside the last mark, where there is room.
+    let unanswered = line.unanswered();
+    if tells_unanswered
+        && unanswered > 0.0
+        && let Some(place) = places.last()
+    {
+        let beside = (place.0 + MARKER, place.1 + 0.36 * SMALL_TEXT);
+        scene.text(beside, &Rich::number(unanswered, 3), SMALL_TEXT, Anchor::Start);
     }
 }

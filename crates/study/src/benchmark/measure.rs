@@ -51,6 +51,11 @@ impl Labels {
     pub fn missed(&self) -> Option<f64> {
         (self.cells > 0).then(|| (self.wrong + self.none) as f64 / self.cells as f64)
     }
+
+    /// Share of cells with the wrong verdict.
+    pub fn mistaken(&self) -> Option<f64> {
+        (self.cells > 0).then(|| self.wrong as f64 / self.cells as f64)
+    }
 }
 
 /// The measurements of one contestant at one setting.
