@@ -27,7 +27,8 @@ pub use law::point_into;
 pub use described::{About, Fit, LawText, Origin, Wrong, with_axes};
 pub use machine::{MachineJob, check_names, load_machine, machine_of};
 pub use measured::{
-    Direction, Fits, Fitted, FittedLaw, How, Kind, Level, Measured, OfMachine, Reading, law_of, words_of,
+    Direction, Fits, Fitted, FittedLaw, How, Kind, Level, Measured, ONE_AT_REST, OfMachine, Reading, law_of,
+    words_of,
 };
 pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;

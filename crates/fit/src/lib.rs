@@ -183,7 +183,12 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading], root: Option<&D
     let known = is_known(in_slip, at_rest);
     let mut readings: Vec<Reading> = in_slip.to_vec();
     // Breakaway scatters more than slip does: readings at rest are one, with its own error.
-    let rest = mean(at_rest, known);
+    let of_rest: Vec<[f64; 2]> = at_rest.iter().map(|reading| [reading.friction, reading.error]).collect();
+    let own = known || at_rest.len() >= FEWEST_AT_REST;
+    let rest = mean(&of_rest).map(|[friction, error]| {
+        let error = if own { error } else { f64::NAN };
+        Reading { speed: 0.0, friction, error }
+    });
     if !form.drop {
         readings.extend(rest);
     }
@@ -319,23 +324,27 @@ impl Fit {
     }
 }
 
-/// The readings at rest as one, with the error of their mean; NaN where it is unknown.
-fn mean(at_rest: &[Reading], known: bool) -> Option<Reading> {
-    let count = at_rest.len() as f64;
-    if at_rest.is_empty() {
-        return None;
-    }
-    if known {
-        let weights = || at_rest.iter().map(|reading| reading.error.powi(-2));
-        let total: f64 = weights().sum();
-        let sum: f64 = at_rest.iter().zip(weights()).map(|(reading, weight)| weight * reading.friction).sum();
-        return Some(Reading { speed: 0.0, friction: sum / total, error: total.powf(-0.5) });
-    }
-    let friction = at_rest.iter().map(|reading| reading.friction).sum::<f64>() / count;
-    let squares: f64 = at_rest.iter().map(|reading| (reading.friction - friction).powi(2)).sum();
-    let own = at_rest.len() >= FEWEST_AT_REST;
-    let error = if own { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
-    Some(Reading { speed: 0.0, friction, error })
+/// The mean of readings with their standard errors, and its own: weighted by those that are known, so that exact readings have
+/// all weight; where they are NaN by the scatter, which a single reading has not. `None` of no reading.
+pub fn mean(readings: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let (reference, count) = (readings.first()?[0], readings.len() as f64);
+    let are_exact = readings.iter().any(|[_, error]| *error == 0.0);
+    let weight = |error: f64| match are_exact {
+        true => f64::from(error == 0.0),
+        false if error.is_nan() => 1.0,
+        false => error.powi(-2),
+    };
+    let total: f64 = readings.iter().map(|[_, error]| weight(*error)).sum();
+    // From the first one, so that the mean of equal readings is that.
+    let off: f64 = readings.iter().map(|[value, error]| weight(*error) * (value - reference)).sum();
+    let mean = reference + off / total;
+    let squares: f64 = readings.iter().map(|[value, _]| (value - mean).powi(2)).sum();
+    let error = match readings[0][1] {
+        _ if are_exact => 0.0,
+        error if error.is_nan() => (squares / (count - 1.0) / count).sqrt(),
+        _ => total.powf(-0.5),
+    };
+    Some([mean, error])
 }
 
 /// The square of the 97.5 % quantile of Student's distribution, in units of that of the normal one: the expansion of

@@ -39,29 +39,16 @@ pub(super) type Chosen = Vec<(Role, String)>;
 /// # Errors
 /// What is wrong, and a remedy.
 pub(super) fn chosen(text: &str) -> Result<Chosen, (String, String)> {
-    let mut all = Chosen::new();
-    for part in text.split(',') {
-        let role = part.split_once('=').and_then(|(word, name)| {
-            let role = ROLES.iter().find(|(_, known)| *known == word.trim())?.0;
-            Some((role, name.trim().to_owned()))
-        });
-        match (role, all.last_mut()) {
-            (Some((role, name)), _) if !name.is_empty() => all.push((role, name)),
-            // A name may have a comma.
-            (None, Some((_, name))) if !part.contains('=') => {
-                name.push(',');
-                name.push_str(part.trim_end());
-            }
-            _ => {
-                let known: Vec<String> = ROLES.iter().map(|(_, word)| format!("{word}=NAME")).collect();
-                return Err((
-                    format!("`{}` chooses no column", part.trim()),
-                    format!("write {}", known.join(", ")),
-                ));
-            }
-        }
-    }
-    Ok(all)
+    let of = |part: &str| {
+        let (word, name) = part.split_once('=').filter(|(_, name)| !name.trim().is_empty())?;
+        let role = ROLES.iter().find(|(_, known)| *known == word.trim())?.0;
+        Some((role, name.trim().to_owned()))
+    };
+    let refused = |part: &str| {
+        let known: Vec<String> = ROLES.iter().map(|(_, word)| format!("{word}=NAME")).collect();
+        (format!("`{}` chooses no column", part.trim()), format!("write {}", known.join(", ")))
+    };
+    text.split(',').map(|part| of(part).ok_or_else(|| refused(part))).collect()
 }
 
 /// The columns that are read, by position.
@@ -264,25 +251,27 @@ pub(super) fn find(
     let friction = friction.or_else(|| unknown.next()).ok_or_else(|| table.missing("friction"))?;
     let errors = table.of(Role::Error);
     let error = errors.iter().find(|column| **column > friction).or(errors.first()).copied();
-    if let Some(column) = error
-        && is_deviation(name(column))
-    {
-        return Err(refused(
-            format!(
-                "the header calls column {} `{}`, a standard deviation, but standard errors are read",
-                column + 1,
-                name(column)
-            ),
+    let is_not_it: [(Option<usize>, fn(&str) -> bool, &str, &str); 4] = [
+        (
+            error,
+            is_deviation,
+            "a standard deviation, but standard errors are read",
             "divide it by the square root of the number of readings in each row, and call it `se`; if each row is one \
-             reading, call it `se`"
-                .into(),
-        ));
-    }
-    if let Some(column) = [speed, friction].into_iter().find(|column| is_logarithm(name(*column))) {
-        return Err(refused(
-            format!("the header says `{}`, a logarithm", name(column)),
-            "write the slip speeds and the friction themselves".into(),
-        ));
+             reading, call it `se`",
+        ),
+        (Some(speed), is_logarithm, "a logarithm", "write the slip speeds themselves"),
+        (Some(friction), is_logarithm, "a logarithm", "write the friction itself"),
+        (
+            Some(friction),
+            is_share,
+            "a share of a rated force or torque, which is not known",
+            "multiply it by the rated one, of the data sheet of the drive, and name it torque [N m] or force [N]",
+        ),
+    ];
+    for (column, is_it, what, remedy) in is_not_it {
+        if let Some(name) = column.map(name).filter(|name| is_it(name)) {
+            return Err(refused(format!("`{name}` is {what}"), remedy.into()));
+        }
     }
     let mut said = Vec::new();
     if header.is_none() || (speed, friction) != (0, 1) {
@@ -354,12 +343,6 @@ impl Columns {
                 [false, true] => Some(false),
                 _ => None,
             };
-        }
-        if is_share(friction) && normal.is_none() {
-            let problem = format!("`{friction}` is a share of a rated force or torque, which is not known");
-            let remedy = "multiply it by the rated one, of the data sheet of the drive, and name it torque [N m] or \
-                          force [N]";
-            return Err((problem, remedy.into()));
         }
         let forces = self.forces == Some(true);
         let of_friction = if forces { force } else { "" };

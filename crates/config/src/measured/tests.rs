@@ -60,16 +60,15 @@ fn ugly_files_are_read_or_refused_with_their_line() {
 #[test]
 fn files_in_any_encoding_are_read_or_refused() {
     let plain = "v [m/s],mu\n0,0.4\n0.1,0.35\n0.5,0.3\n";
-    let wide = |mark: bool, bytes_of: fn(u16) -> [u8; 2]| -> Vec<u8> {
-        mark.then_some(0xfeff).into_iter().chain(plain.encode_utf16()).flat_map(bytes_of).collect()
+    let wide = |bytes_of: fn(u16) -> [u8; 2]| -> Vec<u8> {
+        [0xfeff].into_iter().chain(plain.encode_utf16()).flat_map(bytes_of).collect()
     };
     let latin = "v [m/s];µ [-]\n0;0,4\n0,1;0,35\n0,5;0,3".chars();
     for (name, bytes, outcome, words) in [
         ("UTF-8", plain.into(), "coefficients", &[][..]),
         ("mark of UTF-8", format!("\u{feff}{plain}").into(), "coefficients", &[]),
-        ("UTF-16", wide(true, u16::to_le_bytes), "coefficients", &["UTF-16LE"]),
-        ("UTF-16, big end first", wide(true, u16::to_be_bytes), "coefficients", &["UTF-16BE"]),
-        ("UTF-16 without mark", wide(false, u16::to_le_bytes), "coefficients", &["UTF-16LE"]),
+        ("UTF-16", wide(u16::to_le_bytes), "coefficients", &["UTF-16LE"]),
+        ("UTF-16, big end first", wide(u16::to_be_bytes), "coefficients", &["UTF-16BE"]),
         ("Latin-1", latin.map(|c| c as u8).collect(), "coefficients", &["windows-1252"]),
         (
             "Windows-1252",
@@ -79,13 +78,13 @@ fn files_in_any_encoding_are_read_or_refused() {
         ),
         (
             "UTF-16, half a letter more",
-            [wide(true, u16::to_le_bytes), vec![7]].concat(),
+            [wide(u16::to_le_bytes), vec![7]].concat(),
             "refused",
             &["not a text"],
         ),
         (
             "UTF-16, half of a pair",
-            wide(true, |c| if c == 48 { [0, 0xd8] } else { c.to_le_bytes() }),
+            wide(|c| if c == 48 { [0, 0xd8] } else { c.to_le_bytes() }),
             "refused",
             &["not a text"],
         ),
@@ -115,7 +114,6 @@ fn columns_are_chosen_by_name_or_number() {
         assert_eq!(of(text, column).unwrap(), expected, "{column}");
     }
     assert_eq!(of(header_less, "speed=2,friction=4").unwrap()[1], (100.0, 350.0));
-    assert_eq!(of(text, "speed=v1,friction=F, 2").unwrap()[0].1, 4.0);
     for (column, problem) in [
         ("speed=v3", "no column of numbers has the name `v3`; there are t [s], v1 [mm/s], v2"),
         ("pace=v1", "`pace=v1` chooses no column"),
