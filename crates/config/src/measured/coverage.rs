@@ -165,7 +165,7 @@ impl Case {
             true => errors.and_then(|errors| errors.critical_damping),
             false => job.and_then(|job| uncertain_critical_damping(&job.machine, &job.uncertain)),
         };
-        let truth = assess(&self.machine).filter(|_| of_page);
+        let truth = of_page.then(|| assess(&self.machine)).flatten();
         let limit = truth.as_ref().and_then(|truth| match truth.behaviour.critical_belt_speed {
             Limit::Below(value) => Some(distance(value, errors?.critical_belt_speed.map(pair))),
             _ => None,

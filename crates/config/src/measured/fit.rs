@@ -219,7 +219,7 @@ impl Measured {
 
     /// The standard error of the friction at rest of a fit with a drop; `None` of a single reading without one, which does not say.
     pub fn error_at_rest(&self, fit: &Fit) -> Option<f64> {
-        fit.at_rest.map(|[_, error]| error).filter(|_| self.has_errors || self.at_rest.len() > 1)
+        fit.at_rest.map(|[_, error]| error).filter(|_| self.say_their_error(&self.at_rest))
     }
 
     /// Whether the friction is a force; where nothing says so it is a coefficient.

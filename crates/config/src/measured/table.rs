@@ -3,6 +3,7 @@
 use super::{Measured, ONE_AT_REST, Reading};
 use slipmap_fit::{Reduced, mean, widening};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Source, Table};
+use slipmap_numbers::text::{rounded, short, with_error};
 
 /// The friction at rest of a table or of a formula.
 #[derive(Clone, Copy, Debug)]
@@ -169,9 +170,9 @@ impl Measured {
         onset: &[Reading],
         mut said: Vec<String>,
     ) -> Result<Table, Told> {
-        let told = |friction: f64, error: f64| match onset.len() {
-            1 if !self.has_errors => format!("{} {ONE_AT_REST}", slipmap_numbers::text::short(friction)),
-            _ => slipmap_numbers::text::with_error(friction, error),
+        let told = |friction: f64, error: f64| match self.say_their_error(onset) {
+            true => with_error(friction, error),
+            false => format!("{} {ONE_AT_REST}", short(friction)),
         };
         said.push(format!("{} readings in slip reduced to a curve with errors", self.in_slip.len()));
         let rest = self.at_breakaway(onset, curve.scatter);
@@ -203,8 +204,7 @@ impl Measured {
                 if is_sure { Level::Given(friction) } else { Level::First }
             }
         };
-        let begins =
-            slipmap_numbers::text::with_error(curve.friction[0], curve.covariance[(0, 0)].max(0.0).sqrt());
+        let begins = with_error(curve.friction[0], curve.covariance[(0, 0)].max(0.0).sqrt());
         let no_rest = if rest.is_none() { "no row at rest: " } else { "" };
         said.push(format!("{no_rest}friction in slip begins at {begins}"));
         let data: Vec<(f64, f64)> =
@@ -238,22 +238,33 @@ impl Measured {
     }
 
     /// The friction at rest with its standard error, two of which are those of 95 %: the mean of readings at rest, of two directions
-    /// that of theirs. Of a single one the error is not known, but at least the `scatter` in slip.
+    /// that of theirs. Of one in each the error is not known, but at least the `scatter` in slip.
     pub(super) fn at_breakaway(&self, onset: &[Reading], scatter: f64) -> Option<[f64; 2]> {
-        let of = |backward: bool| {
-            let rows: Vec<Reading> = onset.iter().filter(|row| row.backward == backward).copied().collect();
-            let [friction, error] = mean(&with_errors(&rows))?;
-            let error = match rows.len() {
-                _ if self.has_errors => error,
-                1 => scatter,
-                count => error * widening(count as f64 - 1.0).sqrt(),
-            };
-            Some([friction, error])
+        let (one, other): (Vec<Reading>, Vec<Reading>) = onset.iter().partition(|row| row.backward);
+        let all = [one, other].map(|rows| with_errors(&rows));
+        let of_each: Vec<(&[[f64; 2]], [f64; 2])> =
+            all.iter().filter_map(|rows| Some((&rows[..], mean(rows)?))).collect();
+        let freedom = onset.len() as f64 - of_each.len() as f64;
+        let squares =
+            of_each.iter().flat_map(|(rows, [mean, _])| rows.iter().map(move |row| (row[0] - mean).powi(2)));
+        let variance = match freedom > 0.0 {
+            true => squares.sum::<f64>() / freedom * widening(freedom),
+            false => scatter * scatter,
         };
-        match [of(false), of(true)] {
-            [Some(one), Some(other)] => Some([0.5 * (one[0] + other[0]), 0.5 * one[1].hypot(other[1])]),
-            [one, other] => one.or(other),
-        }
+        let of_mean = |(rows, [_, error]): &(&[[f64; 2]], [f64; 2])| match self.has_errors {
+            true => error * error,
+            false => variance / rows.len() as f64,
+        };
+        let directions = of_each.len() as f64;
+        let friction = of_each.iter().map(|(_, [mean, _])| mean).sum::<f64>() / directions;
+        let error = of_each.iter().map(of_mean).sum::<f64>().sqrt() / directions;
+        (!onset.is_empty()).then_some([friction, error])
+    }
+
+    /// Whether readings at rest have errors, or some of one direction: else they do not say theirs.
+    pub(super) fn say_their_error(&self, onset: &[Reading]) -> bool {
+        self.has_errors
+            || [true, false].into_iter().any(|of| onset.iter().filter(|row| row.backward == of).count() > 1)
     }
 
     /// Without a row at rest friction in slip begins on the line through the two slowest ones, or at the friction at
@@ -286,7 +297,7 @@ impl Measured {
         };
         said.push(format!(
             "no row at rest: friction in slip begins at {}, on the line through the two slowest",
-            slipmap_numbers::text::rounded(friction, 4)
+            rounded(friction, 4)
         ));
         rows.insert(0, Reading { speed: 0.0, friction, error, ..near });
         Ok(is_line)
