@@ -399,20 +399,24 @@ impl<'a> Problem<'a> {
         let range = (fastest / (0.3 * slowest)).ln();
         let log = |i: i32| (0.3 * slowest).ln() + range * f64::from(i) / f64::from(STARTS - 1);
         let count = if form.shape == Shape::None { 1 } else { STARTS };
+        let names = form.names();
+        let linear: Vec<usize> =
+            (0..names.len()).filter(|at| !["v_s", "delta"].contains(&names[*at])).collect();
         let starts = (0..count).filter_map(|i| {
-            let linear = form.linear(log(i));
-            let count = linear.len();
-            let columns =
-                DMatrix::from_fn(readings.len(), count + 1, |row, column| match linear.get(column) {
-                    Some(of) => of(readings[row].speed),
-                    None => readings[row].friction,
-                });
+            let mut point = form.with_fall(log(i));
+            let values = form.values(&point);
+            let gradients: Vec<Vec<f64>> =
+                readings.iter().map(|reading| form.gradient(&values, reading.speed)).collect();
+            let columns = DMatrix::from_fn(readings.len(), linear.len() + 1, |row, column| {
+                linear.get(column).map_or(readings[row].friction, |at| gradients[row][*at])
+            });
             let mut matrix = weights.weighted(columns);
-            let target = matrix.column(count).into_owned();
-            matrix = matrix.remove_column(count);
+            let target = matrix.column(linear.len()).into_owned();
+            matrix = matrix.remove_column(linear.len());
             let solved = matrix.clone().svd(true, true).solve(&target, 1e-12).ok()?;
             let squares = (matrix * &solved - target).norm_squared();
-            Some((squares, form.parameters(&solved, log(i))))
+            linear.iter().zip(&solved).for_each(|(at, value)| point[*at] = *value);
+            Some((squares, point))
         });
         let best = starts.min_by(|one, other| one.0.total_cmp(&other.0))?.1;
         let residuals = DVector::zeros(readings.len());

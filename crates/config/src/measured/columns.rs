@@ -187,6 +187,25 @@ fn word_of(role: Role) -> &'static str {
     ROLES.iter().find(|(known, _)| *known == role).map_or("", |(_, word)| word)
 }
 
+/// What a column of that name holds in place of the slip speed, the friction or its standard error, and a remedy.
+fn instead(name: &str, is_error: bool) -> Option<(&'static str, &'static str)> {
+    let deviation = (
+        "a standard deviation, but standard errors are read",
+        "divide it by the square root of the number of readings in each row, and call it `se`; if each row is one reading, \
+         call it `se`",
+    );
+    let logarithm = ("a logarithm", "write the slip speeds and the friction themselves");
+    let share = (
+        "a share of a rated force or torque, which is not known",
+        "multiply it by the rated one, of the data sheet of the drive, and name it torque [N m] or force [N]",
+    );
+    match is_error {
+        true => is_deviation(name).then_some(deviation),
+        false if is_logarithm(name) => Some(logarithm),
+        false => is_share(name).then_some(share),
+    }
+}
+
 /// Finds the columns among those that hold numbers.
 pub(super) fn find(
     header: Option<&Header>,
@@ -251,25 +270,9 @@ pub(super) fn find(
     let friction = friction.or_else(|| unknown.next()).ok_or_else(|| table.missing("friction"))?;
     let errors = table.of(Role::Error);
     let error = errors.iter().find(|column| **column > friction).or(errors.first()).copied();
-    let is_not_it: [(Option<usize>, fn(&str) -> bool, &str, &str); 4] = [
-        (
-            error,
-            is_deviation,
-            "a standard deviation, but standard errors are read",
-            "divide it by the square root of the number of readings in each row, and call it `se`; if each row is one \
-             reading, call it `se`",
-        ),
-        (Some(speed), is_logarithm, "a logarithm", "write the slip speeds themselves"),
-        (Some(friction), is_logarithm, "a logarithm", "write the friction itself"),
-        (
-            Some(friction),
-            is_share,
-            "a share of a rated force or torque, which is not known",
-            "multiply it by the rated one, of the data sheet of the drive, and name it torque [N m] or force [N]",
-        ),
-    ];
-    for (column, is_it, what, remedy) in is_not_it {
-        if let Some(name) = column.map(name).filter(|name| is_it(name)) {
+    for (column, is_error) in [(Some(speed), false), (Some(friction), false), (error, true)] {
+        let name = column.map_or("", name);
+        if let Some((what, remedy)) = instead(name, is_error) {
             return Err(refused(format!("`{name}` is {what}"), remedy.into()));
         }
     }

@@ -236,9 +236,9 @@ impl Case {
     }
 }
 
-/// Of some 12 measurements each, fitted and joined by a curve, at most two intervals miss the true critical damping:
-/// of independent ones with 95 % there are more in 2 of 100 samples; of 24 records at most four, more in 1 of 100. One answer at
-/// most is withheld.
+/// Of some 12 measurements each, fitted and joined by a curve, at most two intervals miss the true critical damping: of
+/// independent ones with 95 % there are more in 2 of 100 samples. Of 24 records and their friction at rest, of some 30 intervals,
+/// at most four; more in 2 of 100. Friction at rest is withheld of a single phase of rest, and one more answer at most.
 #[test]
 fn true_critical_dampings_lie_within_their_intervals() {
     for (sort, what, cases, most) in [
@@ -250,10 +250,12 @@ fn true_critical_dampings_lie_within_their_intervals() {
         let all = (0..cases)
             .map(|number| Case::new(sort, number, if sort == Sort::Record { 2000.0 } else { 150.0 }));
         for case in all.filter(|case| case.rows >= 40) {
-            let distance = case.answers(what, false).0[0].unwrap();
-            outside += i32::from(distance.abs() > NORMAL);
-            withheld += i32::from(distance.is_nan());
-            println!("{}: {distance:.2}", case.words);
+            let distances: Vec<f64> = case.answers(what, false).0.into_iter().flatten().collect();
+            let is_single = case.rig.rests.into_iter().max() == Some(1);
+            outside += distances.iter().filter(|distance| distance.abs() > NORMAL).count();
+            withheld += distances.iter().filter(|distance| distance.is_nan()).count();
+            withheld -= usize::from(is_single);
+            println!("{}: {distances:.2?}", case.words);
         }
         assert!(outside <= most && withheld <= 1, "{outside} {withheld}");
     }

@@ -141,7 +141,7 @@ impl Measured {
 
     /// The rows of the law, means of those of one speed, with NaN for unknown standard errors. Without standard errors of their
     /// own all readings are taken to scatter alike about these means, since two or three of one speed tell little of it.
-    fn averaged(&self, onset: &[Reading]) -> Vec<Reading> {
+    pub(super) fn averaged(&self, onset: &[Reading]) -> Vec<Reading> {
         let all: Vec<Reading> = onset.iter().chain(&self.in_slip).copied().collect();
         let of_one_speed = || all.chunk_by(|one, next| one.speed == next.speed);
         let row = |same: &[Reading]| {
