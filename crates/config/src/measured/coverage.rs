@@ -93,7 +93,8 @@ enum Sort {
 
 impl Case {
     fn new(sort: Sort, number: u64, most_rows: f64) -> Self {
-        let mut random = Random(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 50);
+        // Seeds in steps of the generator's own would be one stream, from one number on or the next.
+        let mut random = Random(Random(number).bits());
         let law = LAWS[(number % 5) as usize];
         let (name, formula, fall) = law;
         let far = REST * (0.4 + 0.4 * random.unit());
@@ -236,15 +237,15 @@ impl Case {
     }
 }
 
-/// Of some 12 measurements each, fitted and joined by a curve, at most two intervals miss the true critical damping: of
-/// independent ones with 95 % there are more in 2 of 100 samples. Of 24 records and their friction at rest, of some 30 intervals,
-/// at most four; more in 2 of 100. Friction at rest is withheld of a single phase of rest, and one more answer at most.
+/// Of some 12 measurements each, fitted and joined by a curve, at most three intervals miss the true critical damping; of 24 records
+/// and their friction at rest, of some 30 intervals, at most five: of independent ones with 95 % there are more in 3 of 1,000
+/// samples. Friction at rest is withheld of a single phase of rest, and one more answer at most.
 #[test]
 fn true_critical_dampings_lie_within_their_intervals() {
     for (sort, what, cases, most) in [
-        (Sort::Readings, As::Fit, 16, 2),
-        (Sort::Readings, As::Table, 16, 2),
-        (Sort::Record, As::Table, 24, 4),
+        (Sort::Readings, As::Fit, 16, 3),
+        (Sort::Readings, As::Table, 16, 3),
+        (Sort::Record, As::Table, 24, 5),
     ] {
         let (mut outside, mut withheld) = (0, 0);
         let all = (0..cases)
@@ -281,7 +282,9 @@ fn coverage() {
             let case = Case::new(sort, first + k, most);
             let (distances, error) = case.answers(what, k < pages);
             let width = case.error_by_the_true_law().map_or(f64::NAN, |of_law| error / of_law);
-            println!("{name} {}: {}: {distances:.2?} {width:.3}", first + k, case.words);
+            let distance = |of: Option<f64>| of.map_or("-".to_owned(), |of| format!("{of:.2}"));
+            let told = distances.map(distance).join(" ");
+            println!("{name} {}: {}: {told} {width:.3}", first + k, case.words);
         });
     }
 }
