@@ -22,7 +22,9 @@ use slipmap_machine::probe::command_line;
 use slipmap_numbers::text::{known_part, rounded};
 use slipmap_orbits::naive::NaiveKnobs;
 
-use slipmap_study::failures::{self, Catalogue, Changed, Class, Comparison, FailureKind, MethodFailures, Widths};
+use slipmap_study::failures::{
+    self, Catalogue, Changed, Class, Comparison, FailureKind, MethodFailures, Widths,
+};
 
 /// Largest number of cells: more would take hours.
 const MOST_CELLS: usize = 10_000_000;

@@ -9,12 +9,12 @@ use super::output::{Align, TextTable, print_json};
 use super::replace::Files;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
-use slipmap_config::{How, Measured, OfMachine, law_of, words_of};
+use slipmap_config::{How, Measured, ONE_AT_REST, OfMachine, law_of, words_of};
 use slipmap_figure::text::rich;
 use slipmap_figure::write_figure;
 use slipmap_files::write_file;
 use slipmap_fit::{Fit, Form};
-use slipmap_numbers::text::{rounded, with_error};
+use slipmap_numbers::text::{rounded, short, with_error};
 use slipmap_page::FitFigure;
 
 /// Fit friction laws to measured friction.
@@ -164,8 +164,10 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io
         let cells = [format!("{}{}", measured.named(name), bracket(measured.unit_of(name))), value];
         table.row(cells.into_iter().chain((0..i).map(|j| format!("{:.2}", chosen.correlation(i, j)))));
     }
-    if let Some([level, error]) = chosen.at_rest {
-        table.row([format!("at rest{}", bracket(unit)), with_error(level, error)]);
+    if let Some([level, _]) = chosen.at_rest {
+        let of_one = || format!("{} {ONE_AT_REST}", short(level));
+        let told = measured.error_at_rest(chosen).map_or_else(of_one, |error| with_error(level, error));
+        table.row([format!("at rest{}", bracket(unit)), told]);
     }
     table.write(&mut out)?;
     if let Some(words) = measured.no_stick_slip(chosen) {

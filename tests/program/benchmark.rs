@@ -220,7 +220,7 @@ fn stored_charts_have_the_methods_of_today() {
         let (header, records) = rows(&format!("../../results/work-precision/{scene}/work-precision.csv"));
         let column = |name: &str| header.iter().position(|column| column == name).unwrap();
         let [kind, method, setting] = ["kind", "method", "setting"].map(column);
-        let own = records.iter().filter(|record| &record[kind] != Kind::Peer.name());
+        let own = records.iter().filter(|record| &record[kind] != ContestantKind::Peer.name());
         let stored: Vec<(String, Option<f64>)> =
             own.map(|record| (record[method].to_owned(), record[setting].parse().ok())).collect();
         let today: Vec<(String, Option<f64>)> = contestants()

@@ -27,8 +27,8 @@ pub use law::point_into;
 pub use described::{About, FitText, LawText, Origin, Wrong, with_axes};
 pub use machine::{MachineJob, check_names, load_machine, machine_of};
 pub use measured::{
-    Direction, Fits, Fitted, FittedLaw, How, Level, Measured, MeasuredReading, OfMachine, RowKind, law_of,
-    words_of,
+    Direction, Fits, Fitted, FittedLaw, How, Level, Measured, MeasuredReading, ONE_AT_REST, OfMachine,
+    RowKind, law_of, words_of,
 };
 pub use points::{PointTable, check_law, point_of};
 pub use source::ConfigError;

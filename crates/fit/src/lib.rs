@@ -183,7 +183,12 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading], root: Option<&D
     let known = is_known(in_slip, at_rest);
     let mut readings: Vec<Reading> = in_slip.to_vec();
     // Breakaway scatters more than slip does: readings at rest are one, with its own error.
-    let rest = mean(at_rest, known);
+    let of_rest: Vec<[f64; 2]> = at_rest.iter().map(|reading| [reading.friction, reading.error]).collect();
+    let own = known || at_rest.len() >= FEWEST_AT_REST;
+    let rest = mean(&of_rest).map(|[friction, error]| {
+        let error = if own { error } else { f64::NAN };
+        Reading { speed: 0.0, friction, error }
+    });
     if !form.drop {
         readings.extend(rest);
     }
@@ -319,23 +324,27 @@ impl Fit {
     }
 }
 
-/// The readings at rest as one, with the error of their mean; NaN where it is unknown.
-fn mean(at_rest: &[Reading], known: bool) -> Option<Reading> {
-    let count = at_rest.len() as f64;
-    if at_rest.is_empty() {
-        return None;
-    }
-    if known {
-        let weights = || at_rest.iter().map(|reading| reading.error.powi(-2));
-        let total: f64 = weights().sum();
-        let sum: f64 = at_rest.iter().zip(weights()).map(|(reading, weight)| weight * reading.friction).sum();
-        return Some(Reading { speed: 0.0, friction: sum / total, error: total.powf(-0.5) });
-    }
-    let friction = at_rest.iter().map(|reading| reading.friction).sum::<f64>() / count;
-    let squares: f64 = at_rest.iter().map(|reading| (reading.friction - friction).powi(2)).sum();
-    let own = at_rest.len() >= FEWEST_AT_REST;
-    let error = if own { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
-    Some(Reading { speed: 0.0, friction, error })
+/// The mean of readings with their standard errors, and its own: weighted by those that are known, so that exact readings have
+/// all weight; where they are NaN by the scatter, which a single reading has not. `None` of no reading.
+pub fn mean(readings: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let (reference, count) = (readings.first()?[0], readings.len() as f64);
+    let are_exact = readings.iter().any(|[_, error]| *error == 0.0);
+    let weight = |error: f64| match are_exact {
+        true => f64::from(error == 0.0),
+        false if error.is_nan() => 1.0,
+        false => error.powi(-2),
+    };
+    let total: f64 = readings.iter().map(|[_, error]| weight(*error)).sum();
+    // From the first one, so that the mean of equal readings is that.
+    let off: f64 = readings.iter().map(|[value, error]| weight(*error) * (value - reference)).sum();
+    let mean = reference + off / total;
+    let squares: f64 = readings.iter().map(|[value, _]| (value - mean).powi(2)).sum();
+    let error = match readings[0][1] {
+        _ if are_exact => 0.0,
+        error if error.is_nan() => (squares / (count - 1.0) / count).sqrt(),
+        _ => total.powf(-0.5),
+    };
+    Some([mean, error])
 }
 
 /// The square of the 97.5 % quantile of Student's distribution, in units of that of the normal one: the expansion of
@@ -390,20 +399,24 @@ impl<'a> Problem<'a> {
         let range = (fastest / (0.3 * slowest)).ln();
         let log = |i: i32| (0.3 * slowest).ln() + range * f64::from(i) / f64::from(STARTS - 1);
         let count = if form.shape == Shape::None { 1 } else { STARTS };
+        let names = form.names();
+        let linear: Vec<usize> =
+            (0..names.len()).filter(|at| !["v_s", "delta"].contains(&names[*at])).collect();
         let starts = (0..count).filter_map(|i| {
-            let linear = form.linear(log(i));
-            let count = linear.len();
-            let columns =
-                DMatrix::from_fn(readings.len(), count + 1, |row, column| match linear.get(column) {
-                    Some(of) => of(readings[row].speed),
-                    None => readings[row].friction,
-                });
+            let mut point = form.with_fall(log(i));
+            let values = form.values(&point);
+            let gradients: Vec<Vec<f64>> =
+                readings.iter().map(|reading| form.gradient(&values, reading.speed)).collect();
+            let columns = DMatrix::from_fn(readings.len(), linear.len() + 1, |row, column| {
+                linear.get(column).map_or(readings[row].friction, |at| gradients[row][*at])
+            });
             let mut matrix = weights.weighted(columns);
-            let target = matrix.column(count).into_owned();
-            matrix = matrix.remove_column(count);
+            let target = matrix.column(linear.len()).into_owned();
+            matrix = matrix.remove_column(linear.len());
             let solved = matrix.clone().svd(true, true).solve(&target, 1e-12).ok()?;
             let squares = (matrix * &solved - target).norm_squared();
-            Some((squares, form.parameters(&solved, log(i))))
+            linear.iter().zip(&solved).for_each(|(at, value)| point[*at] = *value);
+            Some((squares, point))
         });
         let best = starts.min_by(|one, other| one.0.total_cmp(&other.0))?.1;
         let residuals = DVector::zeros(readings.len());

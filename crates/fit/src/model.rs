@@ -104,6 +104,18 @@ impl Form {
         }
     }
 
+    /// A point of parameters with a fall over this speed; friction is a sum of all others but delta, each times its derivative.
+    pub(crate) fn with_fall(self, log: f64) -> Point {
+        let mut point = DVector::zeros(self.names().len());
+        if self.shape != Shape::None {
+            point[FALL] = log;
+        }
+        if self.shape == Shape::Stretched {
+            point[FALL + 1] = START_DELTA;
+        }
+        point
+    }
+
     /// The values of the parameters at a point.
     pub(crate) fn values(self, point: &Point) -> Vec<f64> {
         let mut values: Vec<f64> = point.iter().copied().collect();
@@ -147,31 +159,6 @@ impl Form {
             gradient.push(speed);
         }
         gradient
-    }
-
-    /// The functions of the slip speed of which friction is a sum, for a fall with this logarithm of v_s.
-    pub(crate) fn linear(self, log: f64) -> Vec<Box<dyn Fn(f64) -> f64>> {
-        let mut functions: Vec<Box<dyn Fn(f64) -> f64>> = vec![Box::new(|_| 1.0)];
-        if self.shape != Shape::None {
-            functions.push(Box::new(move |speed| self.fall(speed / log.exp(), START_DELTA)[0]));
-        }
-        if self.viscous {
-            functions.push(Box::new(|speed| speed));
-        }
-        functions
-    }
-
-    /// The parameters of a sum of the functions of [`Form::linear`].
-    pub(crate) fn parameters(self, linear: &DVector<f64>, log: f64) -> Point {
-        let mut point = match self.shape {
-            Shape::None => vec![linear[0]],
-            Shape::Stretched => vec![linear[0] + linear[1], linear[0], log, START_DELTA],
-            _ => vec![linear[0] + linear[1], linear[0], log],
-        };
-        if self.viscous {
-            point.push(linear[linear.len() - 1]);
-        }
-        DVector::from_vec(point)
     }
 
     /// Whether the values are those of a friction law.

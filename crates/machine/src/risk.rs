@@ -537,7 +537,7 @@ impl Needed {
 pub fn usual_draws(machine: &Machine) -> usize {
     let Some(column) = machine.model().map(|model| model.column()) else { return FEWEST_DRAWS };
     let search = critical_damping(&column, TOLERANCE).map_or(FAILURE, |root| root.rhs);
-    let crossing = match may_cross(&column) {
+    let crossing = match may_cross(&column) || !stays_in_data(&column) {
         true => u64::from(HALVINGS) * flow(&Oscillator::in_column(&column, 0.0), TOLERANCE).rhs,
         false => 0,
     };

@@ -39,29 +39,16 @@ pub(super) type Chosen = Vec<(Role, String)>;
 /// # Errors
 /// What is wrong, and a remedy.
 pub(super) fn chosen(text: &str) -> Result<Chosen, (String, String)> {
-    let mut all = Chosen::new();
-    for part in text.split(',') {
-        let role = part.split_once('=').and_then(|(word, name)| {
-            let role = ROLES.iter().find(|(_, known)| *known == word.trim())?.0;
-            Some((role, name.trim().to_owned()))
-        });
-        match (role, all.last_mut()) {
-            (Some((role, name)), _) if !name.is_empty() => all.push((role, name)),
-            // A name may have a comma.
-            (None, Some((_, name))) if !part.contains('=') => {
-                name.push(',');
-                name.push_str(part.trim_end());
-            }
-            _ => {
-                let known: Vec<String> = ROLES.iter().map(|(_, word)| format!("{word}=NAME")).collect();
-                return Err((
-                    format!("`{}` chooses no column", part.trim()),
-                    format!("write {}", known.join(", ")),
-                ));
-            }
-        }
-    }
-    Ok(all)
+    let of = |part: &str| {
+        let (word, name) = part.split_once('=').filter(|(_, name)| !name.trim().is_empty())?;
+        let role = ROLES.iter().find(|(_, known)| *known == word.trim())?.0;
+        Some((role, name.trim().to_owned()))
+    };
+    let refused = |part: &str| {
+        let known: Vec<String> = ROLES.iter().map(|(_, word)| format!("{word}=NAME")).collect();
+        (format!("`{}` chooses no column", part.trim()), format!("write {}", known.join(", ")))
+    };
+    text.split(',').map(|part| of(part).ok_or_else(|| refused(part))).collect()
 }
 
 /// The columns that are read, by position.
@@ -200,6 +187,25 @@ fn word_of(role: Role) -> &'static str {
     ROLES.iter().find(|(known, _)| *known == role).map_or("", |(_, word)| word)
 }
 
+/// What a column of that name holds in place of the slip speed, the friction or its standard error, and a remedy.
+fn instead(name: &str, is_error: bool) -> Option<(&'static str, &'static str)> {
+    let deviation = (
+        "a standard deviation, but standard errors are read",
+        "divide it by the square root of the number of readings in each row, and call it `se`; if each row is one reading, \
+         call it `se`",
+    );
+    let logarithm = ("a logarithm", "write the slip speeds and the friction themselves");
+    let share = (
+        "a share of a rated force or torque, which is not known",
+        "multiply it by the rated one, of the data sheet of the drive, and name it torque [N m] or force [N]",
+    );
+    match is_error {
+        true => is_deviation(name).then_some(deviation),
+        false if is_logarithm(name) => Some(logarithm),
+        false => is_share(name).then_some(share),
+    }
+}
+
 /// Finds the columns among those that hold numbers.
 pub(super) fn find(
     header: Option<&Header>,
@@ -264,25 +270,11 @@ pub(super) fn find(
     let friction = friction.or_else(|| unknown.next()).ok_or_else(|| table.missing("friction"))?;
     let errors = table.of(Role::Error);
     let error = errors.iter().find(|column| **column > friction).or(errors.first()).copied();
-    if let Some(column) = error
-        && is_deviation(name(column))
-    {
-        return Err(refused(
-            format!(
-                "the header calls column {} `{}`, a standard deviation, but standard errors are read",
-                column + 1,
-                name(column)
-            ),
-            "divide it by the square root of the number of readings in each row, and call it `se`; if each row is one \
-             reading, call it `se`"
-                .into(),
-        ));
-    }
-    if let Some(column) = [speed, friction].into_iter().find(|column| is_logarithm(name(*column))) {
-        return Err(refused(
-            format!("the header says `{}`, a logarithm", name(column)),
-            "write the slip speeds and the friction themselves".into(),
-        ));
+    for (column, is_error) in [(Some(speed), false), (Some(friction), false), (error, true)] {
+        let name = column.map_or("", name);
+        if let Some((what, remedy)) = instead(name, is_error) {
+            return Err(refused(format!("`{name}` is {what}"), remedy.into()));
+        }
     }
     let mut said = Vec::new();
     if header.is_none() || (speed, friction) != (0, 1) {
@@ -354,12 +346,6 @@ impl Columns {
                 [false, true] => Some(false),
                 _ => None,
             };
-        }
-        if is_share(friction) && normal.is_none() {
-            let problem = format!("`{friction}` is a share of a rated force or torque, which is not known");
-            let remedy = "multiply it by the rated one, of the data sheet of the drive, and name it torque [N m] or \
-                          force [N]";
-            return Err((problem, remedy.into()));
         }
         let forces = self.forces == Some(true);
         let of_friction = if forces { force } else { "" };

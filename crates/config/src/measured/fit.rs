@@ -32,6 +32,7 @@ pub struct FittedLaw {
     /// Friction at rest, where it drops as slip begins.
     #[serde(rename = "static")]
     at_rest: Option<f64>,
+    /// `None` of a single reading, which does not say.
     static_standard_error: Option<f64>,
 }
 
@@ -39,6 +40,9 @@ pub struct FittedLaw {
 const SURE: f64 = 2.0;
 /// Difference of Akaike's criterion up to which a law is about as good as the best one.
 const AS_GOOD: f64 = 4.0;
+
+/// What is said of the error of a single reading at rest.
+pub const ONE_AT_REST: &str = "by one reading, which does not say its error";
 
 /// Laws fitted to measured friction: what `slipmap fit --json` prints.
 #[derive(Clone, Debug, serde::Serialize, schemars::JsonSchema)]
@@ -146,7 +150,7 @@ impl Measured {
             units: fit.form.names().into_iter().map(|name| self.unit_of(name).to_owned()).collect(),
             covariance: fit.covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
             at_rest: fit.at_rest.map(|[level, _]| level),
-            static_standard_error: fit.at_rest.map(|[_, error]| error),
+            static_standard_error: self.error_at_rest(fit),
         };
         let chosen = fits.chosen();
         Fitted {
@@ -214,6 +218,11 @@ impl Measured {
             )),
             (false, true) => None,
         }
+    }
+
+    /// The standard error of the friction at rest of a fit with a drop; `None` of a single reading without one, which does not say.
+    pub fn error_at_rest(&self, fit: &Fit) -> Option<f64> {
+        fit.at_rest.map(|[_, error]| error).filter(|_| self.say_their_error(&self.at_rest))
     }
 
     /// Whether the friction is a force; where nothing says so it is a coefficient.
@@ -305,8 +314,10 @@ impl Measured {
         if self.holds_forces() {
             line(format_args!("quantity = \"force\""));
         }
-        if let Some([level, error]) = fit.at_rest {
-            line(format_args!("static = {level:?} # +- {}", short(known_part(level, error)[1])));
+        if let Some([level, _]) = fit.at_rest {
+            let error = self.error_at_rest(fit).map(|error| short(known_part(level, error)[1]));
+            let told = error.map_or_else(|| ONE_AT_REST.to_owned(), |error| format!("+- {error}"));
+            line(format_args!("static = {level:?} # {told}"));
         }
         line(format_args!("\n[friction.fit]"));
         for ((name, value), error) in names.iter().zip(&fit.values).zip(fit.errors()) {

@@ -15,7 +15,7 @@ use std::path::Path;
 use super::units::number_in;
 use slipmap_machine::{Dimension, Motion};
 
-pub use fit::{Fits, Fitted, FittedLaw, law_of, words_of};
+pub use fit::{Fits, Fitted, FittedLaw, ONE_AT_REST, law_of, words_of};
 pub use table::Level;
 
 /// Largest size in bytes of a file of measured friction.

@@ -1,8 +1,9 @@
 //! Measured friction as a law: readings reduced to a curve, few of them averaged, and the friction at rest.
 
-use super::{Measured, MeasuredReading};
-use slipmap_fit::{Reduced, widening};
+use super::{Measured, MeasuredReading, ONE_AT_REST};
+use slipmap_fit::{Reduced, mean, widening};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Source, Table};
+use slipmap_numbers::text::{rounded, short, with_error};
 
 /// The friction at rest of a table or of a formula.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +43,11 @@ type Told = (String, String);
 /// Slip speeds and friction.
 fn pairs(rows: &[MeasuredReading]) -> Vec<(f64, f64)> {
     rows.iter().map(|row| (row.speed, row.friction)).collect()
+}
+
+/// Friction and standard errors.
+fn with_errors(rows: &[MeasuredReading]) -> Vec<[f64; 2]> {
+    rows.iter().map(|row| [row.friction, row.error]).collect()
 }
 
 impl Measured {
@@ -133,24 +139,27 @@ impl Measured {
         Ok((level, onset))
     }
 
-    /// The rows of the law, with NaN for unknown standard errors.
-    fn averaged(&self, onset: &[MeasuredReading]) -> Vec<MeasuredReading> {
-        let row = |speed, friction, error, line| MeasuredReading {
-            speed,
-            friction,
-            error,
-            line,
-            visit: 0,
-            backward: false,
-        };
+    /// The rows of the law, means of those of one speed, with NaN for unknown standard errors. Without standard errors of their
+    /// own all readings are taken to scatter alike about these means, since two or three of one speed tell little of it.
+    pub(super) fn averaged(&self, onset: &[MeasuredReading]) -> Vec<MeasuredReading> {
         let all: Vec<MeasuredReading> = onset.iter().chain(&self.in_slip).copied().collect();
-        if self.has_errors {
-            return all.chunk_by(|one, next| one.speed == next.speed).map(weighted).collect();
+        let of_one_speed = || all.chunk_by(|one, next| one.speed == next.speed);
+        let row = |same: &[MeasuredReading]| {
+            let [friction, error] = mean(&with_errors(same)).unwrap_or([f64::NAN; 2]);
+            MeasuredReading { friction, error, ..same[0] }
+        };
+        let mut rows: Vec<MeasuredReading> = of_one_speed().map(row).collect();
+        if !self.has_errors {
+            let of_same = |(same, mean): (&[MeasuredReading], &MeasuredReading)| {
+                same.iter().map(|row| (row.friction - mean.friction).powi(2)).sum::<f64>()
+            };
+            let squares: f64 = of_one_speed().zip(&rows).map(of_same).sum();
+            let variance = squares / (all.len() - rows.len()) as f64;
+            // Rows written twice tell of no scatter.
+            let of = |count: usize| if variance > 0.0 { (variance / count as f64).sqrt() } else { f64::NAN };
+            rows.iter_mut().zip(of_one_speed()).for_each(|(row, same)| row.error = of(same.len()));
         }
-        let Some(means) = means(&pairs(&all)) else { return all };
-        let error = |at: usize| means.standard_errors.as_ref().map_or(f64::NAN, |errors| errors[at]);
-        let of = |(at, &(speed, friction))| row(speed, friction, error(at), all[means.first[at]].line);
-        means.data.iter().enumerate().map(of).collect()
+        rows
     }
 
     /// The law of a curve. Friction at rest is that as slip begins unless the readings at rest say surely that it is more.
@@ -161,7 +170,10 @@ impl Measured {
         onset: &[MeasuredReading],
         mut said: Vec<String>,
     ) -> Result<Table, Told> {
-        let told = |friction: f64, error: f64| slipmap_numbers::text::with_error(friction, error);
+        let told = |friction: f64, error: f64| match self.say_their_error(onset) {
+            true => with_error(friction, error),
+            false => format!("{} {ONE_AT_REST}", short(friction)),
+        };
         said.push(format!("{} readings in slip reduced to a curve with errors", self.in_slip.len()));
         let rest = self.at_breakaway(onset, curve.scatter);
         let level = match (level, rest) {
@@ -192,7 +204,7 @@ impl Measured {
                 if is_sure { Level::Given(friction) } else { Level::First }
             }
         };
-        let begins = told(curve.friction[0], curve.covariance[(0, 0)].max(0.0).sqrt());
+        let begins = with_error(curve.friction[0], curve.covariance[(0, 0)].max(0.0).sqrt());
         let no_rest = if rest.is_none() { "no row at rest: " } else { "" };
         said.push(format!("{no_rest}friction in slip begins at {begins}"));
         let data: Vec<(f64, f64)> =
@@ -225,22 +237,35 @@ impl Measured {
         [false, true].into_iter().all(|of| has(onset, of) || !has(&self.in_slip, of))
     }
 
-    /// The mean of readings at rest with its standard error, two of which are those of 95 %; that of a single one is the
-    /// `scatter` in slip.
+    /// The friction at rest with its standard error, two of which are those of 95 %: the mean of readings at rest, of two directions
+    /// that of theirs. Of one in each the error is not known, but at least the `scatter` in slip.
     pub(super) fn at_breakaway(&self, onset: &[MeasuredReading], scatter: f64) -> Option<[f64; 2]> {
-        let count = onset.len() as f64;
-        if self.has_errors && !onset.is_empty() {
-            let one = weighted(onset);
-            return Some([one.friction, one.error]);
-        }
-        let mean = onset.iter().map(|row| row.friction).sum::<f64>() / count;
-        let squares: f64 = onset.iter().map(|row| (row.friction - mean).powi(2)).sum();
-        let variance = squares / (count - 1.0) / count * widening(count - 1.0);
-        match onset.len() {
-            0 => None,
-            1 => Some([mean, scatter]),
-            _ => Some([mean, variance.sqrt()]),
-        }
+        let (one, other): (Vec<MeasuredReading>, Vec<MeasuredReading>) =
+            onset.iter().partition(|row| row.backward);
+        let all = [one, other].map(|rows| with_errors(&rows));
+        let of_each: Vec<(&[[f64; 2]], [f64; 2])> =
+            all.iter().filter_map(|rows| Some((&rows[..], mean(rows)?))).collect();
+        let freedom = onset.len() as f64 - of_each.len() as f64;
+        let squares =
+            of_each.iter().flat_map(|(rows, [mean, _])| rows.iter().map(move |row| (row[0] - mean).powi(2)));
+        let variance = match freedom > 0.0 {
+            true => squares.sum::<f64>() / freedom * widening(freedom),
+            false => scatter * scatter,
+        };
+        let of_mean = |(rows, [_, error]): &(&[[f64; 2]], [f64; 2])| match self.has_errors {
+            true => error * error,
+            false => variance / rows.len() as f64,
+        };
+        let directions = of_each.len() as f64;
+        let friction = of_each.iter().map(|(_, [mean, _])| mean).sum::<f64>() / directions;
+        let error = of_each.iter().map(of_mean).sum::<f64>().sqrt() / directions;
+        (!onset.is_empty()).then_some([friction, error])
+    }
+
+    /// Whether readings at rest have errors, or some of one direction: else they do not say theirs.
+    pub(super) fn say_their_error(&self, onset: &[MeasuredReading]) -> bool {
+        self.has_errors
+            || [true, false].into_iter().any(|of| onset.iter().filter(|row| row.backward == of).count() > 1)
     }
 
     /// Without a row at rest friction in slip begins on the line through the two slowest ones, or at the friction at
@@ -273,87 +298,9 @@ impl Measured {
         };
         said.push(format!(
             "no row at rest: friction in slip begins at {}, on the line through the two slowest",
-            slipmap_numbers::text::rounded(friction, 4)
+            rounded(friction, 4)
         ));
         rows.insert(0, MeasuredReading { speed: 0.0, friction, error, ..near });
         Ok(is_line)
-    }
-}
-
-/// The mean of readings with standard errors, weighted by these.
-fn weighted(same: &[MeasuredReading]) -> MeasuredReading {
-    if let [one] = same {
-        return *one;
-    }
-    if same.iter().any(|row| row.error == 0.0) {
-        let exact: Vec<&MeasuredReading> = same.iter().filter(|row| row.error == 0.0).collect();
-        let friction = exact.iter().map(|row| row.friction).sum::<f64>() / exact.len() as f64;
-        return MeasuredReading { friction, error: 0.0, ..same[0] };
-    }
-    let weights = || same.iter().map(|row| row.error.powi(-2));
-    let total: f64 = weights().sum();
-    let mean = same.iter().zip(weights()).map(|(row, weight)| weight * row.friction).sum::<f64>() / total;
-    MeasuredReading { friction: mean, error: total.powf(-0.5), ..same[0] }
-}
-
-/// The means of the readings at each slip speed.
-#[derive(Clone, Debug, PartialEq)]
-struct Means {
-    /// Slip speeds and mean friction.
-    data: Vec<(f64, f64)>,
-    /// Standard errors of the means; `None` where all readings of each speed are equal.
-    standard_errors: Option<Vec<f64>>,
-    /// Position of the first reading of each mean.
-    first: Vec<usize>,
-}
-
-/// Averages neighbouring readings at equal slip speeds; `None` if there are none.
-///
-/// All readings are taken to scatter alike: their variance is that about the means, of all speeds together,
-/// since two or three readings of one speed tell little of it. A mean of n readings has the standard error
-/// sqrt(variance / n).
-fn means(readings: &[(f64, f64)]) -> Option<Means> {
-    let (mut data, mut first, mut counts) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut squares, mut position) = (0.0, 0);
-    for same in readings.chunk_by(|one, next| one.0 == next.0) {
-        let count = same.len() as f64;
-        // From the first reading, so that the mean of equal readings is that reading.
-        let reference = same[0].1;
-        let mean = reference + same.iter().map(|(_, friction)| friction - reference).sum::<f64>() / count;
-        squares += same.iter().map(|(_, friction)| (friction - mean).powi(2)).sum::<f64>();
-        data.push((same[0].0, mean));
-        first.push(position);
-        counts.push(count);
-        position += same.len();
-    }
-    let repeated = readings.len() - data.len();
-    let variance = squares / repeated as f64;
-    let standard_errors =
-        (variance > 0.0).then(|| counts.iter().map(|count| (variance / count).sqrt()).collect());
-    (repeated > 0).then_some(Means { data, standard_errors, first })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn repeated_readings_become_means_with_standard_errors() {
-        assert_eq!(means(&[(0.0, 0.4), (0.1, 0.3), (0.5, 0.2)]), None);
-        // Squares about the means: 2 (0.01)^2 of the first speed, 2 (0.02)^2 of the last; three readings
-        // more than means.
-        let readings = [(0.0, 0.41), (0.0, 0.39), (0.1, 0.3), (0.5, 0.22), (0.5, 0.2), (0.5, 0.18)];
-        let found = means(&readings).unwrap();
-        let sd = (1e-3_f64 / 3.0).sqrt();
-        for ((u, mean), expected) in found.data.iter().zip([(0.0, 0.4), (0.1, 0.3), (0.5, 0.2)]) {
-            assert!(*u == expected.0 && (mean - expected.1).abs() < 1e-15, "{found:?}");
-        }
-        for (error, count) in found.standard_errors.unwrap().iter().zip([2.0_f64, 1.0, 3.0]) {
-            assert!((error * count.sqrt() / sd - 1.0).abs() < 1e-12, "{error} {count}");
-        }
-        assert_eq!(found.first, [0, 2, 3]);
-        // A row written twice tells of no scatter.
-        let twice = means(&[(0.0, 0.4), (0.1, 0.3), (0.1, 0.3), (0.5, 0.2)]).unwrap();
-        assert_eq!((twice.standard_errors, twice.data[1]), (None, (0.1, 0.3)));
     }
 }

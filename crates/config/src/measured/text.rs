@@ -38,9 +38,6 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(String, Option<String>), Refused> 
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xd0\xcf\x11\xe0") {
         return refuse("this is the file of a spreadsheet program, not a table in text", "save it as CSV");
     }
-    // In UTF-16 every second byte of numbers is zero.
-    let zeros = |from: usize| bytes.iter().skip(from).step_by(2).take(500).filter(|byte| **byte == 0).count();
-    let [even, odd] = [zeros(0), zeros(1)];
     let of_two = |name, number: fn([u8; 2]) -> u16| {
         let (pairs, rest) = bytes.as_chunks();
         let text = char::decode_utf16(pairs.iter().map(|pair| number(*pair))).collect::<Result<_, _>>();
@@ -49,8 +46,6 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(String, Option<String>), Refused> 
     let (encoding, text) = match (bytes, std::str::from_utf8(bytes)) {
         ([0xff, 0xfe, ..], _) => of_two("UTF-16LE", u16::from_le_bytes),
         ([0xfe, 0xff, ..], _) => of_two("UTF-16BE", u16::from_be_bytes),
-        _ if odd > 0 && odd > 4 * even => of_two("UTF-16LE", u16::from_le_bytes),
-        _ if even > 0 && even > 4 * odd => of_two("UTF-16BE", u16::from_be_bytes),
         (_, Ok(text)) if !text.contains('\0') => return Ok((text.to_owned(), None)),
         (_, Ok(_)) | ([0xef, 0xbb, 0xbf, ..], Err(_)) => (None, None),
         (_, Err(_)) => {
@@ -77,8 +72,6 @@ const SEPARATORS: [(char, &str); 5] = [
     (',', ""),
 ];
 
-/// What begins the rows of a file of LabVIEW, in its last line of this kind.
-const END_OF_HEADER: &str = "***End_of_Header***";
 /// The signs between thousands that separate nothing else.
 const BETWEEN_THOUSANDS: [char; 5] = [' ', '\u{a0}', '\u{202f}', '\'', '’'];
 
@@ -131,9 +124,7 @@ const TRIED: usize = 500;
 pub(super) fn fields(text: &str) -> Result<Fields, Refused> {
     let text = text.trim_start_matches('\u{feff}').replace("\r\n", "\n").replace('\r', "\n");
     let is_data = |line: &str| !line.trim().is_empty() && !line.starts_with(['#', '%']);
-    let before_end = text.rfind(END_OF_HEADER).map_or("", |end| &text[..end]);
-    let above = before_end.matches('\n').count();
-    let lines = || text.split('\n').enumerate().skip(above).filter(|(_, line)| is_data(line));
+    let lines = || text.split('\n').enumerate().filter(|(_, line)| is_data(line));
     let score = |separator: char| {
         let of = lines().take(TRIED).map(|(_, line)| split(line, separator));
         of.filter(|fields| {
@@ -150,7 +141,7 @@ pub(super) fn fields(text: &str) -> Result<Fields, Refused> {
     };
     let lines: Vec<Line> =
         lines().map(|(i, line)| Line { number: i + 1, fields: split(line, separator) }).collect();
-    let comments = text.split('\n').enumerate().skip(above).filter(|(_, line)| line.starts_with(['#', '%']));
+    let comments = text.split('\n').enumerate().filter(|(_, line)| line.starts_with(['#', '%']));
     let comments = comments.map(|(i, line)| {
         let line = line.trim_start_matches(['#', '%', ' ']);
         let by = |separator: char| Line { number: i + 1, fields: split(line, separator) };

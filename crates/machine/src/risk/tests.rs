@@ -352,3 +352,19 @@ fn it_vibrates_by_itself_where_steady_slip_is_unstable() {
     let short = risk(&machine, &uncertain, Some(draws), &[], Some(std::time::Duration::ZERO)).unwrap();
     assert_eq!(short.draws, SEARCHED_TOGETHER);
 }
+
+/// Where an orbit may leave the data it is followed at several dampings for each draw: that is work, too, and there are fewer draws.
+#[test]
+fn orbits_that_may_leave_the_data_are_counted_as_work() {
+    let usual = |fastest: f64| {
+        let row = |i: i32| {
+            let u = fastest * (f64::from(i) / 40.0).powi(2);
+            (u, 0.3 + 0.15 * (-u / 0.05).exp())
+        };
+        let data: Vec<(f64, f64)> = (0..=40).map(row).collect();
+        let table = Table::new("a pad", &data, data[0].1).unwrap();
+        usual_draws(&example_of(Friction::Measured(table), [1.8, 4.2e5, 900.0, 0.1, 10.0]))
+    };
+    let [near, far] = [0.3, 0.5].map(usual);
+    assert!(2 * near < far, "{near} {far}");
+}
