@@ -5,7 +5,7 @@ use crate::sample::{ENGINES, at_one, formula};
 use slipmap::column::critical_damping;
 use slipmap::filippov::Oscillator;
 use slipmap::flow::{Fate, Flow};
-use slipmap::friction::{Column, Law};
+use slipmap::friction::{Column, Expression, Law};
 use slipmap::orbits::flow;
 use slipmap::point::Point;
 
@@ -148,4 +148,16 @@ fn fates_and_landings() {
             _ => panic!("{point:?} {answer:?}"),
         }
     }
+}
+
+/// A kink beyond twice the belt speed, which the orbit reaches just before it turns: steps end there. The numbers are those of
+/// scripts/evidence/survey.c.
+#[test]
+fn no_step_passes_over_a_kink_far_out() {
+    let formula = "1 - 0.45474*(1 - exp(-u/0.1636809462)) + 0.24524*(abs(u - 0.32808) - 0.32808) + 0.24524*u";
+    let law = Law::Expression(Expression::new(formula, 1.0).unwrap());
+    let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 0.072_718, 0.551_95).unwrap());
+    let landing = flow(&oscillator, 1e-9).landing().unwrap();
+    let off = [landing.x1 - 0.491_862_235_346_526_4, landing.slip_time - 4.359_499_805_488_844];
+    assert!(off.iter().all(|off| off.abs() < 1e-8), "{landing:?} {off:?}");
 }
