@@ -478,6 +478,14 @@ mod tests {
         }
     }
 
+    /// The first turning point that its own bound covers is told: what the bound is beyond does not matter.
+    #[test]
+    fn a_turning_point_within_its_bound_is_the_least() {
+        let least = turning_point(2.25, 0.0, |_| 0.5);
+        assert!(least > 1.5);
+        assert_eq!(turning_point(2.25, 0.0, |s| if s <= least { 0.5 } else { 1.5 }), least);
+    }
+
     /// With so slow a belt D is a constant, gamma - c: an unstable node from D = 2 on, whose orbits never turn, and
     /// damped so much below -1.5 that no orbit returns. Squares of the slowest belts are not representable.
     #[test]

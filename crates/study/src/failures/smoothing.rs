@@ -50,7 +50,7 @@ pub struct Widths {
     pub found: Vec<f64>,
 }
 
-/// The width, in units of speed, at which friction that is smoothed creeps at [`OFF`] of the belt speed under half of the
+/// The width, in units of speed, at which friction that is smoothed creeps at 1 % of the belt speed under half of the
 /// friction at rest; `None` of friction that has fallen below that there.
 pub fn creep_width(curve: &Curve, belt_speed: f64) -> Option<f64> {
     let speed = OFF * belt_speed;

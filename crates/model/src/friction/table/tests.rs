@@ -29,6 +29,18 @@ fn meets_the_data_keeps_the_shape_and_has_a_continuous_slope() {
 }
 
 /// The derivatives by the data equal differences, and vanish for a change of all data together.
+/// Friction in slip begins at the friction at rest or below it, with the drop that is left.
+#[test]
+fn friction_at_rest_may_lie_above_that_in_slip() {
+    let data: Vec<(f64, f64)> = falling().data().collect();
+    for (rest, drop) in [(1.0, 0.0), (1.25, 0.2), (4.0, 0.75)] {
+        assert!((Table::with_static("drops", &data, rest).unwrap().drop() - drop).abs() < 1e-15, "{rest}");
+    }
+    let refused = Table::with_static("drops", &data, 0.9).unwrap_err();
+    assert_eq!(refused.row, Some(0));
+    assert_eq!(Table::new("drops", &data, 1.25).unwrap_err().row, Some(0));
+}
+
 #[test]
 fn weakening_follows_the_data() {
     let data: Vec<(f64, f64)> = falling().data().map(|(u, phi)| (u, 2.0 * phi)).collect();
