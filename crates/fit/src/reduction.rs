@@ -518,8 +518,8 @@ fn posterior(rows: Rows, phi: &[f64], rhos: &[f64]) -> Reduced {
     }
     let range = [(0.5 * slowest).max(fastest / 1000.0).ln(), fastest.ln()];
     let grids = (0..SHAPES).map(|shape| Grid { shape, logs: even(range[0], range[1], SPEEDS) });
-    let choices = refined(&bases, &mut models, grids.collect(), &context);
-    let mut found = mixture(&bases, &models, choices, &context, rows);
+    let grids = refined(&bases, &mut models, grids.collect(), &context);
+    let mut found = mixture(&bases, &models, &grids, &context, rows);
     if let Some(aside) = rows.aside {
         let weights = |i: usize| aside[i] / rows.errors.map_or(1.0, |errors| errors[i]).powi(2);
         let sums =
@@ -532,104 +532,82 @@ fn posterior(rows: Rows, phi: &[f64], rhos: &[f64]) -> Reduced {
     found
 }
 
-/// A choice of the noise, of g and of the penalty.
-struct Choice {
-    model: usize,
-    grid: usize,
-    /// The number of its v, and the coefficients of g.
-    speed: usize,
-    fall: Vector,
-    /// The number of the weight of its penalty.
-    penalty: usize,
-    of: Weighed,
-}
-
-/// The choices whose likelihood is not small, with the logarithm of the largest one.
-fn likely(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context) -> (Vec<Choice>, f64) {
-    let (mut all, mut top) = (Vec::new(), f64::NEG_INFINITY);
-    for (grid, of_grid) in grids.iter().enumerate() {
-        let falls = of_grid.falls(bases);
-        for (model, of_model) in models.iter().enumerate() {
-            for (speed, &fall) in falls[of_model.basis].iter().enumerate() {
-                let weighed = of_model.weigh(&fall, context, of_grid.width());
-                for (penalty, of) in weighed.into_iter().enumerate() {
-                    top = of.likelihood.max(top);
-                    if of.likelihood > top - KEPT[2] {
-                        all.push(Choice { model, grid, speed, fall, penalty, of });
-                    }
+/// The grids of v, refined where the likelihood is not small; drops models for which it is.
+fn refined(bases: &[Basis], models: &mut Vec<Model>, mut grids: Vec<Grid>, context: &Context) -> Vec<Grid> {
+    const ROUNDS: usize = 4;
+    for round in 0..ROUNDS {
+        let mut best: Vec<Vec<f64>> =
+            grids.iter().map(|grid| vec![f64::NEG_INFINITY; grid.logs.len()]).collect();
+        let mut tops = vec![f64::NEG_INFINITY; models.len()];
+        for (grid, best) in grids.iter().zip(&mut best) {
+            let falls = grid.falls(bases);
+            for (model, top) in models.iter().zip(&mut tops) {
+                for (fall, best) in falls[model.basis].iter().zip(best.iter_mut()) {
+                    let all = model.weigh(fall, context, grid.width());
+                    let largest = all.iter().map(|of| of.likelihood).fold(f64::NEG_INFINITY, f64::max);
+                    *best = best.max(largest);
+                    *top = top.max(largest);
                 }
             }
         }
-    }
-    all.retain(|choice| choice.of.likelihood > top - KEPT[2]);
-    (all, top)
-}
-
-/// The choices whose likelihood is not small, and its logarithm at the likeliest, on grids of v that are refined where it is not;
-/// drops models for which it is.
-fn refined(
-    bases: &[Basis],
-    models: &mut Vec<Model>,
-    mut grids: Vec<Grid>,
-    context: &Context,
-) -> (Vec<Choice>, f64) {
-    const ROUNDS: usize = 4;
-    for round in 1.. {
-        let (all, top) = likely(bases, models, &grids, context);
-        let narrower = |(number, grid): (usize, &Grid)| {
-            let is_likely = |choice: &&Choice| choice.grid == number && choice.of.likelihood > top - KEPT[1];
-            let speeds = || all.iter().filter(is_likely).map(|choice| choice.speed);
-            let (first, last) = (speeds().min()?, speeds().max()?);
+        let top = tops.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mut tops = tops.into_iter();
+        models.retain(|_| tops.next().is_some_and(|of| of > top - KEPT[2]));
+        let (mut next, mut done) = (Vec::new(), true);
+        for (grid, best) in grids.iter().zip(&best) {
+            let is_likely = |likelihood: &f64| *likelihood > top - KEPT[1];
+            let (Some(first), Some(last)) =
+                (best.iter().position(is_likely), best.iter().rposition(is_likely))
+            else {
+                continue;
+            };
             let (logs, end) = (&grid.logs, grid.logs.len() - 1);
             let (from, to) = (logs[first.saturating_sub(1)], logs[(last + 1).min(end)]);
-            let narrows = round == 1 || to - from < 0.6 * (logs[end] - logs[0]);
+            let narrows = round == 0 || to - from < 0.6 * (logs[end] - logs[0]);
+            done &= !narrows;
             let logs = if narrows { even(from, to, REFINED) } else { logs.clone() };
-            Some((Grid { shape: grid.shape, logs }, narrows))
-        };
-        let (next, narrows): (Vec<Grid>, Vec<bool>) = grids.iter().enumerate().filter_map(narrower).unzip();
-        if round == ROUNDS || !narrows.contains(&true) {
-            return (all, top);
+            next.push(Grid { shape: grid.shape, logs });
+        }
+        if done || round + 1 == ROUNDS {
+            break;
         }
         grids = next;
-        let mut number = 0..;
-        models.retain(|_| number.next().is_some_and(|of| all.iter().any(|choice| choice.model == of)));
     }
-    (Vec::new(), f64::NEG_INFINITY)
+    grids
 }
 
-/// The mean of all choices, whose largest logarithm of the likelihood is `top`, and its covariance.
-fn mixture(
-    bases: &[Basis],
-    models: &[Model],
-    (mut all, top): (Vec<Choice>, f64),
-    context: &Context,
-    rows: Rows,
-) -> Reduced {
+/// The mean of all models, falls and penalties, and its covariance.
+fn mixture(bases: &[Basis], models: &[Model], grids: &[Grid], context: &Context, rows: Rows) -> Reduced {
     let scale = rows.last / 30.0;
     let speeds: Vec<f64> =
         even(0.0, (rows.last / scale).ln_1p(), KNOTS).iter().map(|x| scale * x.exp_m1()).collect();
-    all.retain(|choice| choice.of.likelihood > top - KEPT[0]);
-    let total: f64 = all.iter().map(|choice| (choice.of.likelihood - top).exp()).sum();
-    let share = |choice: &Choice| (choice.of.likelihood - top).exp() / total;
+    let mut all: Vec<(usize, usize, Vector, Weighed)> = Vec::new();
+    for grid in grids {
+        let falls = grid.falls(bases);
+        for (m, model) in models.iter().enumerate() {
+            for fall in &falls[model.basis] {
+                let weighed = model.weigh(fall, context, grid.width());
+                all.extend(weighed.into_iter().enumerate().map(|(l, of)| (m, l, *fall, of)));
+            }
+        }
+    }
+    let top = all.iter().map(|(.., of)| of.likelihood).fold(f64::NEG_INFINITY, f64::max);
+    all.retain(|(.., of)| of.likelihood > top - KEPT[0]);
+    let total: f64 = all.iter().map(|(.., of)| (of.likelihood - top).exp()).sum();
     let at_knots: Vec<Values> =
         models.iter().map(|model| bases[model.basis].values(&speeds) * model.back).collect();
     let mut covariance = DMatrix::zeros(KNOTS, KNOTS);
     let (mut means, mut variance) = (Vec::new(), 0.0);
     let mut of_rows = vec![[0.0; WEIGHTS]; models.len()];
-    // For each model the sum of its weights, and the mean variance.
-    let mut shares = vec![[0.0; 2]; models.len()];
-    for choice in &all {
-        let Choice { fall, penalty, of, .. } = choice;
-        let (model, values, weight) = (&models[choice.model], &at_knots[choice.model], share(choice));
-        let inverse = &model.inverse[*penalty];
+    for (m, l, fall, of) in &all {
+        let model = &models[*m];
+        let weight = (of.likelihood - top).exp() / total;
+        let inverse = &model.inverse[*l];
         let g = (model.into * fall).component_mul(&model.penalty).component_mul(inverse);
-        let by_fall = values * g;
-        let mean = values * inverse.component_mul(&model.product) + &by_fall * (of.size * of.fitted);
+        let by_fall = &at_knots[*m] * g;
+        let mean = &at_knots[*m] * inverse.component_mul(&model.product) + &by_fall * (of.size * of.fitted);
         covariance.ger(weight * of.variance * of.size, &by_fall, &by_fall, 1.0);
-        of_rows[choice.model][*penalty] += weight * of.variance;
-        let [sum, mean_variance] = &mut shares[choice.model];
-        *sum += weight;
-        *mean_variance += weight * of.variance;
+        of_rows[*m][*l] += weight * of.variance;
         variance += weight * of.variance;
         means.push((weight, mean));
     }
@@ -650,7 +628,16 @@ fn mixture(
         covariance.ger(*weight, &off, &off, 1.0);
     }
     (0..KNOTS).for_each(|i| covariance[(i, i)] += FLOOR * FLOOR * context.span);
-    shares.iter_mut().for_each(|[weight, variance]| *variance /= *weight);
+    // For each model the sum of its weights, and the mean variance.
+    let shares = (0..models.len()).map(|m| {
+        let of_model = all.iter().filter(|(of, ..)| *of == m);
+        let [weight, variance] = of_model.fold([0.0; 2], |sums, (.., of)| {
+            let weight = (of.likelihood - top).exp() / total;
+            [sums[0] + weight, sums[1] + weight * of.variance]
+        });
+        [weight, variance / weight]
+    });
+    let shares: Vec<[f64; 2]> = shares.collect();
     let of_visits = models.iter().zip(&shares).filter(|(model, _)| model.of_visits);
     let of_visits = of_visits.map(|(_, [weight, _])| weight).sum();
     let told_at: Vec<f64> = speeds.iter().chain(rows.told_at).copied().collect();
