@@ -26,7 +26,7 @@
 //! `validated` contradicts the flow nowhere is checked at the nodes and where its verdict changes.
 //!
 //! **Budget.** A ray and all limits along it spend at most `WORK`. If the budget is spent, or the flow has no
-//! answer, limits found at smaller eps hold, and all others are [`Limit::Unknown`], with the reason.
+//! answer, limits found at smaller eps hold, and all others are [`EpsilonLimit::Unknown`], with the reason.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
