@@ -13,6 +13,7 @@ __all__ = [
     "METHODS",
     "Machine",
     "Map",
+    "OWN_QUANTITIES",
     "REGIMES",
     "USUAL_METHODS",
     "SCHEMA",
@@ -42,6 +43,7 @@ REGIMES: list[tuple[str, int, str]]
 METHODS: list[tuple[str, str, str, str]]
 USUAL_METHODS: list[str]
 FIELDS: list[str]
+OWN_QUANTITIES: list[str]
 
 @final
 class Law:

@@ -70,11 +70,6 @@ class Page:
 # Numbers in a row of correlated errors.
 _MOST_JOINT = 6
 
-# The quantities of machines besides those of their friction.
-_OF_ALL = (
-    "mass", "stiffness", "frequency", "damping", "damping_ratio", "normal_force", "pressure", "area", "radius", "belt_speed",
-)
-
 
 class Machine:
     """A mass on a spring, pressed onto a moving belt, in SI units.
@@ -523,8 +518,8 @@ class Machine:
         law, motion = changes.pop("friction", self.friction), changes.pop("motion", self.motion)
         if law != self.friction:
             # Numbers of the old law are none of the new one.
-            values = {name: value for name, value in values.items() if name in _OF_ALL}
-            spreads = {name: spread for name, spread in spreads.items() if name in _OF_ALL}
+            values = {name: value for name, value in values.items() if name in _core.OWN_QUANTITIES}
+            spreads = {name: spread for name, spread in spreads.items() if name in _core.OWN_QUANTITIES}
         machine = Machine.__new__(Machine)
         machine._set(law, motion, changes, values, spreads, self._core.written)
         return machine

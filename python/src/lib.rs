@@ -20,6 +20,7 @@ mod work;
 
 use pyo3::prelude::*;
 use slipmap::column::{Method, Regime, Verdict};
+use slipmap::machine::Machine;
 use slipmap::map::Field;
 
 /// The compiled part of slipmap.
@@ -34,6 +35,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("METHODS", methods.collect::<Vec<_>>())?;
     module.add("USUAL_METHODS", Method::usual().map(|it| it.name()).collect::<Vec<_>>())?;
     module.add("FIELDS", Field::ALL.map(Field::name).to_vec())?;
+    module.add("OWN_QUANTITIES", Machine::own_names().collect::<Vec<_>>())?;
     module.add_class::<law::Law>()?;
     module.add_class::<machine::Machine>()?;
     module.add_class::<map::Map>()?;

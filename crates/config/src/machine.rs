@@ -100,7 +100,7 @@ fn check_places(section: &Section, motion: Motion, forces: bool) -> Result<(), C
         let problem = "the mass and the stiffness have a frequency already";
         return Err(node.error(problem, "leave one of the three out"));
     }
-    for (one, other) in [("damping", DAMPING_RATIO), (NORMAL_FORCE, PRESSURE), (NORMAL_FORCE, AREA)] {
+    for (one, other) in Given::IN_PLACE {
         if let Some(node) = both(one, other) {
             let problem = format!("{other} stands in place of {one}, which is there, too");
             return Err(node.error(&problem, "leave one of them out"));

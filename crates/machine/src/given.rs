@@ -42,6 +42,10 @@ impl Given {
     /// All names of such quantities.
     pub const NAMES: [&str; 5] = [FREQUENCY, DAMPING_RATIO, PRESSURE, AREA, RADIUS];
 
+    /// The quantities that exclude each other: one, and what stands in its place.
+    pub const IN_PLACE: [(&str, &str); 3] =
+        [(DAMPING, DAMPING_RATIO), (NORMAL_FORCE, PRESSURE), (NORMAL_FORCE, AREA)];
+
     /// Of the quantities with these values.
     pub(super) fn new(value: impl Fn(&str) -> Option<f64>) -> Self {
         let both = |a: &str, b: &str| Some([value(a)?, value(b)?]);

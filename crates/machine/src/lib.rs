@@ -248,6 +248,11 @@ pub const DAMPING: &str = "damping";
 pub const INERTIA: &str = "inertia";
 
 impl Machine {
+    /// Names of all quantities that do not belong to the friction of a machine.
+    pub fn own_names() -> impl Iterator<Item = &'static str> {
+        [MASS, STIFFNESS, DAMPING, NORMAL_FORCE, BELT_SPEED].into_iter().chain(Given::NAMES)
+    }
+
     /// Names of the quantities of a machine under a law, in their order, if those that `is_given` stand in place of
     /// others.
     pub fn names(law: &Law, is_given: impl Fn(&str) -> bool) -> Vec<&'static str> {
