@@ -352,3 +352,18 @@ fn waves_of_a_short_belt_and_of_a_long_one() {
         );
     }
 }
+
+/// A kink that lies between the last sample of a piece and its end: the piece is halved until the kink is an end, and integrators
+/// stop there.
+#[test]
+fn kinks_between_samples_are_found() {
+    let law = Law::Expression(Expression::new("1 - 0.2*u + 0.1*(abs(u - 0.32808) - 0.32808)", 1.0).unwrap());
+    let curve = law.curve(1.0, &LawParameters::new(&[]));
+    let form = curve.compiled(4.0);
+    let near = |places: &[f64]| places.iter().any(|place| (place - 0.32808).abs() < 1e-12);
+    assert!(near(form.breaks()) && near(&curve.stops(1.0)), "{:?} {:?}", form.breaks(), curve.stops(1.0));
+    for u in [0.3, 0.328, 0.328_07, 0.328_09, 0.3281, 0.33] {
+        let w = if u < 0.32808 { 0.3 } else { 0.1 };
+        assert!((form.at(u) - w).abs() < 1e-12, "{u} {}", form.at(u));
+    }
+}
