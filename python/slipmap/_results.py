@@ -474,3 +474,4 @@ class FittedLaw:
     static: float | None
     """Friction at rest, where it drops as slip begins."""
     static_standard_error: float | None
+    """`None` of a single reading, which does not say."""
