@@ -84,18 +84,13 @@ const LARGEST_OFF: f64 = 1e-11;
 /// Number of neighbouring narrow pieces after which integrators must end a step.
 const NARROW_TOGETHER: usize = 6;
 
-/// Length of a piece, in units of its upper end, below which there is a kink or a jump of the law in it: no polynomial is as
-/// short as that to follow a smooth law.
-const KINK: f64 = 1e-12;
-
-/// The ends of each range of neighbouring narrow pieces, and some of the ends inside it: those next to a kink among them.
+/// The ends of each range of neighbouring narrow pieces, and some of the ends inside it.
 fn narrow_ends(breaks: &[f64]) -> Vec<f64> {
     let mut count = 0;
     let ends = breaks.windows(2).filter_map(|ends| {
-        let length = (ends[1] - ends[0]) / ends[1];
-        let (is_narrow, was_narrow) = (length < NARROW, count > 0);
+        let (is_narrow, was_narrow) = (ends[1] - ends[0] < NARROW * ends[1], count > 0);
         count = if is_narrow { count + 1 } else { 0 };
-        (is_narrow != was_narrow || count % NARROW_TOGETHER == 1 || length < KINK).then_some(ends[0])
+        (is_narrow != was_narrow || count % NARROW_TOGETHER == 1).then_some(ends[0])
     });
     ends.collect()
 }
